@@ -1,0 +1,35 @@
+# Two commands do everything on a fresh machine: `make demo` and `make test`.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+# This needs Python 3.11 or later; a requirement that is already met installs nothing.
+
+.PHONY: setup demo test test-all check bench docs clean
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt scripts/setup.sh scripts/debian-packages.txt
+	PYTHON="$(PYTHON)" VENV="$(VENV)" sh scripts/setup.sh
+	@touch $@
+
+demo: setup
+	$(BIN)/tubefoot demo --out out/demo
+
+test: setup check
+	$(BIN)/pytest -m "not slow and not hardware"
+
+test-all: setup check
+	$(BIN)/pytest -m "not hardware"
+
+check: setup
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: setup
+	$(BIN)/python -m benchmarks
+
+clean:
+	rm -rf build out dist $(VENV)

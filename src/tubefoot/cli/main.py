@@ -1,0 +1,31 @@
+"""`tubefoot`: verbs are imported only when they are called, so that `--help` stays quick."""
+
+from __future__ import annotations
+
+import sys
+
+from cyclopts import App
+
+from tubefoot import __version__
+from tubefoot.errors import TubefootError
+
+app = App(
+    name="tubefoot",
+    help="Design, simulate, print, drive and control compact hydraulic soft fingers.",
+    version=f"tubefoot {__version__}",
+    result_action="return_value",
+)
+
+
+def main() -> None:
+    """Run the command line; a foreseen error prints its message and sets the exit code."""
+    try:
+        app()
+    except TubefootError as error:
+        print(f"tubefoot: {error}", file=sys.stderr)
+        sys.exit(error.exit_code)
+    except KeyboardInterrupt:
+        print("tubefoot: interrupted; finished states are kept", file=sys.stderr)
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.exit(0)
