@@ -1,0 +1,1 @@
+"""Performance against peers and limits, each pair measured in the same run."""
