@@ -13,6 +13,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from tubefoot.config import Settings, load_settings
+from tubefoot.design.hardware import Base, Gripper, MarkerSeats, Ports, Printing, Registration
 from tubefoot.design.material import ElasticMaterial, OgdenMaterial, Seam
 from tubefoot.design.profile import Profile
 from tubefoot.design.rules import broken, geometry_rules
@@ -29,7 +30,9 @@ class Bellows(Settings):
     fold_rise_mm: Annotated[float, Field(ge=0.0, le=20.0)] = 1.0
     """Axial offset of a flank over the run; tan(alpha) = rise / run."""
     crest_flat_mm: Annotated[float, Field(ge=0.5, le=40.0)] = 4.0
+    """Axial length of a crest, outside."""
     valley_flat_mm: Annotated[float, Field(ge=0.4, le=40.0)] = 1.0
+    """Axial length of a valley, outside."""
     fold_wall_mm: Annotated[float, Field(ge=0.4, le=10.0)] = 1.5
     """T1: flanks and crest, measured normal to the wall."""
     valley_wall_mm: Annotated[float, Field(ge=0.4, le=10.0)] = 2.0
@@ -43,6 +46,7 @@ class Bellows(Settings):
     height_mm: Annotated[float, Field(ge=2.0, le=60.0)] = 9.0
     """Finger height along y."""
     side_wall_mm: Annotated[float, Field(ge=0.4, le=10.0)] = 1.5
+    """Walls that close the chambers at both ends of y."""
     cap_mm: Annotated[float, Field(ge=1.0, le=30.0)] = 4.0
     """End caps at base and tip."""
     fillet_outside_mm: Annotated[float, Field(ge=0.0, le=5.0)] = 0.0
@@ -62,23 +66,20 @@ class Bellows(Settings):
         return self
 
 
-class Ports(Settings):
-    """Tubes of rigid material at both ends of each chamber [mm]; the bore leads along z into the chamber."""
-
-    bore_mm: Annotated[float, Field(ge=0.4, le=20.0)] = 2.0
-    outer_diameter_mm: Annotated[float, Field(ge=1.0, le=30.0)] = 3.4
-    """Fits a tube of 3 mm bore with 0.4 mm interference."""
-    length_mm: Annotated[float, Field(ge=1.0, le=60.0)] = 8.0
-
-
 class FingerDesign(Settings):
-    """A dual-chamber bellows finger: dimensions, materials, seam."""
+    """A dual-chamber bellows finger: dimensions, what it is printed and mounted with, materials, seam."""
 
     name: Annotated[str, Field(min_length=1, max_length=80, pattern=r"^[A-Za-z0-9][A-Za-z0-9 ._-]*$")] = (
         "finger"
     )
+    """What files, parts and pictures are called."""
     bellows: Bellows = Bellows()
     ports: Ports = Ports()
+    base: Base = Base()
+    gripper: Gripper = Gripper()
+    registration: Registration = Registration()
+    marker_seats: MarkerSeats = MarkerSeats()
+    printing: Printing = Printing()
     body: OgdenMaterial = OgdenMaterial()
     rigid: ElasticMaterial = ElasticMaterial()
     seam: Seam = Seam()

@@ -18,6 +18,7 @@ class OgdenMaterial(Settings):
     """
 
     name: str = "Agilus30"
+    """Name in files and bills."""
     mu_mpa: tuple[float, ...] = (0.2127, 0.0375, -0.001)
     """Ogden moduli mu_i [MPa]; default Agilus30 quasi-static, Abayazid and Ghajari 2020, as in the paper."""
     alpha: tuple[float, ...] = (1.3212, 4.318, -1.0248)
@@ -27,6 +28,7 @@ class OgdenMaterial(Settings):
     scale: Annotated[float, Field(ge=0.05, le=20.0)] = 1.0
     """Factor on the moduli mu_i, per print: 0.4 to 1.7 is the spread seen in the literature."""
     density_g_per_cm3: Annotated[float, Field(ge=0.5, le=5.0)] = 1.145
+    """Density of the printed material."""
     elongation_at_break_percent: Annotated[float, Field(gt=0, le=2000)] = 220.0
     """Nominal strain at rupture [%]; the maker's sheet says 220 to 270, from memory."""
 
@@ -62,20 +64,25 @@ class ElasticMaterial(Settings):
     """Stiff isotropic solid."""
 
     name: str = "Vero"
+    """Name in files and bills."""
     youngs_modulus_mpa: Annotated[float, Field(gt=0, le=1e6)] = 2200.0
     """Young's modulus [MPa]; the maker's sheet says 2000 to 2500."""
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.495)] = 0.35
+    """Ratio of lateral to axial strain."""
     density_g_per_cm3: Annotated[float, Field(ge=0.5, le=20.0)] = 1.18
+    """Density of the printed material."""
     tensile_strength_mpa: Annotated[float, Field(gt=0)] = 40.0
-    """[MPa]; the maker's sheet says 40 to 55."""
+    """Tensile strength [MPa]; the maker's sheet says 40 to 55."""
 
 
 class Seam(Settings):
     """The bonded mid-plane y = 0: a thin film of UV resin, ideal (no film) unless it is given a modulus."""
 
     thickness_mm: Annotated[float, Field(ge=0.0, le=1.0)] = 0.15
+    """Thickness of the film; 0.1 to 0.2 is what a brush leaves."""
     modulus_mpa: Annotated[float, Field(ge=0.0, le=1e4)] = 0.0
     """Young's modulus of the film [MPa]; 0 means the ideal seam. Unknown for a print: identify it."""
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.4
+    """Ratio of lateral to axial strain of the film."""
     bond_strength_mpa: Annotated[float, Field(gt=0.0)] = 1.0
     """Tensile strength of the bond [MPa]; a placeholder to be measured, used for margins only."""
