@@ -89,11 +89,11 @@ class MarkerSeats(Settings):
     marker_mm: Annotated[float, Field(ge=2.0, le=60.0)] = 10.0
     """Side of the tag's black square."""
     quiet_zone_mm: Annotated[float, Field(ge=0.2, le=20.0)] = 1.67
-    """White border around it."""
+    """White border around it: the rim of the plate."""
     plate_mm: Annotated[float, Field(ge=0.8, le=10.0)] = 1.5
     """Thickness of the plate."""
     tag_recess_mm: Annotated[float, Field(ge=0.0, le=2.0)] = 0.2
-    """Recess in the plate's front for a paper tag."""
+    """Recess in the plate's front for the tag, as large as its black square."""
     pad_width_mm: Annotated[float, Field(ge=0.5, le=40.0)] = 4.0
     """Pad's size along x, on the partition, where bending strains the wall least."""
     pad_length_mm: Annotated[float, Field(ge=0.5, le=40.0)] = 2.5
