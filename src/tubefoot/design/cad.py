@@ -1,4 +1,4 @@
-"""The few operations on boundary-representation solids that a finger needs; build123d stays behind this module.
+"""The few operations on B-rep solids that a finger needs; build123d stays behind this module.
 
 Importing it takes seconds: import it only where solids are made. Lengths in mm.
 """
@@ -192,7 +192,7 @@ def write_step(path: Path, root: Node) -> Path:
 
 
 def _shape(node: Node) -> Any:
-    """The node as a build123d tree; solids are placed copies, so that one solid may stand in several places."""
+    """The node as a build123d tree; solids are placed copies, so one may stand in several places."""
     place = b3d.Location(node.shift)
     if node.solid is None:
         return b3d.Compound(label=node.name, children=[_shape(child) for child in node.children]).moved(place)

@@ -1,4 +1,4 @@
-"""What a finger is printed and mounted with: tubes, base, registration, marker seats, and the printing process.
+"""What a finger is printed and mounted with: tubes, base, registration, marker seats, printing process.
 
 Every section has defaults, so that a design file needs none of them.
 """

@@ -80,7 +80,7 @@ def plug_solid(design: FingerDesign, growth: float = 0.0) -> Solid:
 
 
 def marker_plate_solid(design: FingerDesign, growth: float = 0.0) -> Solid:
-    """A plate for one tag, in place on the first seat: pocket for the pad behind, recess for the tag in front.
+    """A plate for one tag, on the first seat: pocket for the pad behind, recess for the tag in front.
 
     design : the finger, with at least one seat
     growth : how far every face is moved inwards

@@ -20,7 +20,7 @@ CHORD_RAD = pi / 24
 
 @dataclass(frozen=True)
 class Arc:
-    """Rounded corner: where it starts, its middle, where it ends, each (x, z) [mm]; a sharp one is a point."""
+    """Rounded corner: its start, middle and end, each (x, z) [mm]; a sharp one is a point."""
 
     start: FloatArray
     middle: FloatArray
@@ -103,7 +103,7 @@ def silhouette(profile: Profile) -> Outline:
 
     profile : derived lengths of the finger
     """
-    right = np.concatenate([profile.outer_corners() + [0.0, k * profile.pitch] for k in range(profile.units)])
+    right = _along(profile, profile.outer_corners())
     low, high = -profile.cap, profile.bellows_length + profile.cap
     side = np.concatenate([[[profile.valley_outside, low]], right, [[profile.valley_outside, high]]])
     radii = np.concatenate([[0.0], np.full(len(right), profile.fillet_outside), [0.0]])
@@ -116,9 +116,7 @@ def chamber(profile: Profile) -> Outline:
 
     profile : derived lengths of the finger
     """
-    side = np.concatenate(
-        [profile.chamber_corners() + [0.0, k * profile.pitch] for k in range(profile.units)]
-    )
+    side = _along(profile, profile.chamber_corners())
     top = profile.bellows_length
     start = [[profile.partition_face, 0.0], [profile.valley_inside, 0.0]]
     end = [[profile.valley_inside, top], [profile.partition_face, top]]
@@ -145,6 +143,12 @@ def nearest(first: FloatArray, second: FloatArray) -> tuple[float, FloatArray]:
             if distance[closest] < best:
                 best, place = float(distance[closest]), (point + foot[closest]) / 2
     return best, place
+
+
+def _along(profile: Profile, corners: FloatArray) -> FloatArray:
+    """The corners of one unit repeated for all, (4 units, 2)."""
+    steps = np.arange(profile.units) * profile.pitch
+    return (corners[None] + steps[:, None, None] * np.array([0.0, 1.0])).reshape(-1, 2)
 
 
 def _unit(vector: FloatArray) -> FloatArray:

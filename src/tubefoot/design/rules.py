@@ -6,10 +6,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
+from tubefoot.design.layout import tube_axis
 from tubefoot.design.profile import Profile
 
 if TYPE_CHECKING:
-    from tubefoot.design.finger import Ports
+    from tubefoot.design.hardware import Ports
 
 MIN_SLOT_MM = 0.3
 """Narrowest slot that still meshes and prints (PolyJet resolves 0.325 mm in plane, MacCurdy 2016)."""
@@ -27,6 +28,8 @@ class Rule:
     advice: str
     """What to change when the rule is broken."""
     where: str = ""
+    place: tuple[float, float] | None = None
+    """x and z of the spot on the mid-plane that decides [mm], for a picture."""
 
     @property
     def passed(self) -> bool:
@@ -59,40 +62,70 @@ def geometry_rules(profile: Profile, ports: Ports) -> list[Rule]:
     profile : derived lengths of the finger [mm]
     ports : its tubes
     """
+    return [*_chamber_rules(profile), *_fillet_rules(profile), *_port_rules(profile, ports)]
+
+
+def _port_rules(profile: Profile, ports: Ports) -> list[Rule]:
+    axis, radius = tube_axis(profile, ports), ports.outer_diameter_mm / 2
+    bore_margin = min(axis - profile.partition_face, profile.valley_inside - axis) - ports.bore_mm / 2
+    where = (axis, -profile.cap / 2)
     return [
-        *_chamber_rules(profile),
-        *_fillet_rules(profile),
-        Rule("port bore", ports.bore_mm, profile.chamber_gap, "<=", "mm", "reduce ports.bore_mm"),
+        Rule(
+            "port bore", ports.bore_mm, profile.chamber_gap, "<=", "mm", "reduce ports.bore_mm", place=where
+        ),
+        Rule(
+            "port bore, distance to the chamber's walls",
+            bore_margin,
+            0.0,
+            ">=",
+            "mm",
+            "leave ports.axis_mm out, or move it towards the middle of the chamber gap",
+            place=where,
+        ),
         Rule(
             "port tube wall",
-            (ports.outer_diameter_mm - ports.bore_mm) / 2,
+            radius - ports.bore_mm / 2,
             0.3,
             ">=",
             "mm",
             "raise ports.outer_diameter_mm or reduce ports.bore_mm",
+            place=where,
         ),
         Rule(
             "port tube diameter",
-            ports.outer_diameter_mm,
-            profile.partition_face + profile.valley_inside,
+            2 * radius,
+            2 * axis,
             "<=",
             "mm",
             "reduce ports.outer_diameter_mm: the tubes of the two chambers would meet",
             where="between the tubes",
+            place=(0.0, -profile.cap / 2),
+        ),
+        Rule(
+            "port tube, outermost",
+            axis + radius,
+            profile.valley_outside,
+            "<=",
+            "mm",
+            "reduce ports.outer_diameter_mm: the tube would stand out of the cap's flank",
+            place=where,
         ),
         Rule(
             "port tube diameter",
-            ports.outer_diameter_mm,
+            2 * radius,
             profile.height,
             "<=",
             "mm",
             "reduce ports.outer_diameter_mm or raise bellows.height_mm",
+            where="across the finger",
+            place=where,
         ),
     ]
 
 
 def _chamber_rules(profile: Profile) -> list[Rule]:
-    slot = "fold slot width"
+    middle = profile.pitch / 2
+    gap_x = (profile.partition_face + profile.valley_inside) / 2
     return [
         Rule(
             "chamber gap",
@@ -101,6 +134,7 @@ def _chamber_rules(profile: Profile) -> list[Rule]:
             ">=",
             "mm",
             "raise bellows.valley_outside_mm, or reduce valley_wall_mm or partition_mm",
+            place=(gap_x, 0.0),
         ),
         Rule(
             "chamber height",
@@ -109,6 +143,7 @@ def _chamber_rules(profile: Profile) -> list[Rule]:
             ">=",
             "mm",
             "raise bellows.height_mm or reduce side_wall_mm",
+            place=(gap_x, middle),
         ),
         Rule(
             "fold slot depth",
@@ -117,15 +152,17 @@ def _chamber_rules(profile: Profile) -> list[Rule]:
             ">=",
             "mm",
             "raise bellows.fold_run_mm or reduce fold_wall_mm",
+            place=(profile.slot_end, middle),
         ),
         Rule(
-            slot,
+            "fold slot width",
             2 * profile.slot_half_width(profile.slot_end),
             MIN_SLOT_MM,
             ">=",
             "mm",
             "raise bellows.crest_flat_mm or reduce fold_wall_mm",
             where="at the crest",
+            place=(profile.slot_end, middle),
         ),
         Rule(
             "valley between slots",
@@ -135,6 +172,7 @@ def _chamber_rules(profile: Profile) -> list[Rule]:
             "mm",
             "raise bellows.valley_flat_mm or fold_wall_mm, or reduce valley_wall_mm",
             where="chamber side",
+            place=(profile.valley_inside, profile.pitch if profile.units > 1 else 0.0),
         ),
     ]
 
@@ -153,6 +191,7 @@ def _fillet_rules(profile: Profile) -> list[Rule]:
             "<=",
             "mm",
             "reduce bellows.fillet_outside_mm or lengthen crest_flat_mm and valley_flat_mm",
+            place=(profile.crest_outside, profile.pitch / 2),
         ),
         Rule(
             "chamber fillet",
@@ -161,5 +200,6 @@ def _fillet_rules(profile: Profile) -> list[Rule]:
             "<=",
             "mm",
             "reduce bellows.fillet_chamber_mm or widen the slot",
+            place=(profile.slot_end, profile.pitch / 2),
         ),
     ]
