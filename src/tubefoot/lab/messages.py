@@ -134,6 +134,8 @@ class Message:
     ID: ClassVar[int]
     LAYOUT: ClassVar[struct.Struct]
     RANGES: ClassVar[dict[str, tuple[int, int]]]
+    ARRAYS: ClassVar[dict[str, int]]
+    """Fields that hold several numbers, and how many."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,6 +151,7 @@ class Hello(Message):
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {
         "protocol": (1, 1),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     protocol: int
 
@@ -160,6 +163,7 @@ class Ping(Message):
     ID: ClassVar[int] = 0x02
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<")
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {}
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,6 +182,7 @@ class Pulse(Message):
         "duty": (1, 255),
         "duration_ms": (1, 10000),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     direction: int
     duty: int
@@ -191,6 +196,7 @@ class Stop(Message):
     ID: ClassVar[int] = 0x04
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<")
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {}
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -205,6 +211,7 @@ class Stream(Message):
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {
         "period_ms": (0, 250),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     period_ms: int
 
@@ -227,6 +234,7 @@ class LimitPump(Message):
         "silence_ms": (50, 450),
         "channels": (2, 4),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     max_duty: int
     max_pulse_ms: int
@@ -250,6 +258,7 @@ class LimitPressure(Message):
         "low_counts": (41, 982),
         "high_counts": (41, 982),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     channel: int
     low_counts: int
@@ -263,6 +272,7 @@ class ClearFaults(Message):
     ID: ClassVar[int] = 0x08
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<")
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {}
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -272,6 +282,7 @@ class SetNeutral(Message):
     ID: ClassVar[int] = 0x09
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<")
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {}
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
 
 @dataclass(frozen=True, slots=True)
@@ -286,6 +297,7 @@ class TestHang(Message):
     RANGES: ClassVar[dict[str, tuple[int, int]]] = {
         "interrupts_off": (0, 1),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     interrupts_off: int
 
@@ -308,6 +320,7 @@ class Ack(Message):
         "faults": (0, 127),
         "time_ms": (0, 4294967295),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     command: int
     status: int
@@ -335,6 +348,7 @@ class Identity(Message):
         "faults": (0, 127),
         "started": (0, 1),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     protocol: int
     firmware: int
@@ -365,6 +379,7 @@ class Limits(Message):
         "low_counts": (0, 1023),
         "high_counts": (0, 1023),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {"low_counts": 4, "high_counts": 4}
 
     max_duty: int
     max_pulse_ms: int
@@ -408,6 +423,7 @@ class Sample(Message):
         "end_reason": (0, 4),
         "bad_frames": (0, 255),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {"pressure": 4}
 
     time_ms: int
     averaged: int
@@ -443,6 +459,7 @@ class PulseEnded(Message):
         "end_reason": (0, 4),
         "faults": (0, 127),
     }
+    ARRAYS: ClassVar[dict[str, int]] = {}
 
     time_ms: int
     pulse_sequence: int
