@@ -1,0 +1,73 @@
+"""Mesh files for the printer: binary STL for one part, one 3MF with named parts, materials and colours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from tubefoot.design.parts import Part
+from tubefoot.design.surface import TriangleMesh
+from tubefoot.records import write_whole
+
+STL_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def write_stl(path: Path, mesh: TriangleMesh, name: str) -> Path:
+    """The path of a binary STL file in mm.
+
+    path : file to write
+    mesh : closed surface
+    name : goes into the file's header
+    """
+    facets = np.zeros(len(mesh.triangles), dtype=STL_FACET)
+    facets["normal"] = mesh.normals
+    facets["corners"] = mesh.corners
+    header = f"Tubefoot {name}, mm".encode("ascii", "replace")[:80].ljust(80)
+    return write_whole(path, header + np.uint32(len(facets)).tobytes() + facets.tobytes())
+
+
+def write_3mf(path: Path, title: str, parts: list[Part]) -> Path:
+    """The path of a 3MF file in mm: every part as a named object with its material, placed as assembled.
+
+    Materials are base materials with a display colour; parts that are only in the gripper are left out.
+
+    path : file to write
+    title : goes into the file's metadata
+    parts : parts of one finger
+    """
+    import lib3mf
+
+    wrapper = lib3mf.get_wrapper()
+    model = wrapper.CreateModel()
+    model.SetUnit(lib3mf.ModelUnit.MilliMeter)
+    about = model.GetMetaDataGroup()
+    about.AddMetaData("", "Title", title, "xs:string", True)
+    about.AddMetaData("", "Application", "Tubefoot", "xs:string", True)
+    materials = model.AddBaseMaterialGroup()
+    known: dict[str, int] = {}
+    for part in parts:
+        if not part.shifts:
+            continue
+        if part.material not in known:
+            red, green, blue = part.colour
+            colour = wrapper.FloatRGBAToColor(red, green, blue, 1.0)
+            known[part.material] = materials.AddMaterial(part.material, colour)
+        body = model.AddMeshObject()
+        body.SetName(part.name)
+        body.SetGeometry(
+            [lib3mf.Position(tuple(map(float, point))) for point in part.mesh.points],
+            [lib3mf.Triangle(tuple(map(int, triangle))) for triangle in part.mesh.triangles],
+        )
+        body.SetObjectLevelProperty(materials.GetResourceID(), known[part.material])
+        for shift in part.shifts:
+            model.AddBuildItem(body, _placed(wrapper.GetIdentityTransform(), shift))
+    writer = model.QueryWriter("3mf")
+    content, _ = bytes(writer.WriteToBuffer()), None
+    return write_whole(path, content)
+
+
+def _placed(transform: object, shift: tuple[float, float, float]) -> object:
+    for axis, value in enumerate(shift):
+        transform.Fields[3][axis] = float(value)  # type: ignore[attr-defined]
+    return transform
