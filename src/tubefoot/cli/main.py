@@ -15,6 +15,23 @@ app = App(
     version=f"tubefoot {__version__}",
     result_action="return_value",
 )
+app.command(
+    "tubefoot.cli.design:new",
+    name="new",
+    help="Write a commented design file to start from.\n\nExample: `tubefoot new my-finger`",
+)
+app.command(
+    "tubefoot.cli.design:check",
+    name="check",
+    help="Judge a design: each rule of geometry and printability, pass or fail.\n\n"
+    "Example: `tubefoot check examples/designs/reference-6.toml`",
+)
+app.command(
+    "tubefoot.cli.design:export",
+    name="export",
+    help="Print files of a design: STEP, STL, 3MF, drawing, bill of materials, instructions.\n\n"
+    "Example: `tubefoot export examples/designs/reference-6.toml --compensate-growth`",
+)
 
 
 def main() -> None:

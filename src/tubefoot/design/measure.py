@@ -27,10 +27,24 @@ class Measured:
     greatest: float
     places: int
 
+    part: str = ""
+
     @property
     def error(self) -> float:
         """Largest difference from the designed value."""
         return max(abs(self.least - self.designed), abs(self.greatest - self.designed))
+
+    def row(self) -> dict[str, str | float | int]:
+        """The measurement as a row of a table, keys with units."""
+        return {
+            "part": self.part,
+            "wall": self.name,
+            "designed_mm": self.designed,
+            "least_mm": self.least,
+            "greatest_mm": self.greatest,
+            "error_mm": self.error,
+            "places": self.places,
+        }
 
 
 def wall_thicknesses(mesh: TriangleMesh, profile: Profile, y: float, growth: float = 0.0) -> list[Measured]:

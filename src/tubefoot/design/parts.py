@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -73,7 +75,7 @@ class Part:
     @property
     def file_stem(self) -> str:
         """What its mesh file is called: part and material."""
-        return f"{self.name} {self.material}".lower().replace(" ", "-")
+        return re.sub(r"[^a-z0-9]+", "-", f"{self.name} {self.material}".lower()).strip("-")
 
 
 def finger_parts(
