@@ -80,7 +80,7 @@ def check(design: Path, *, out: Path | None = None, pictures: bool = True) -> No
     if pictures:
         from tubefoot.design.places import write_places
 
-        write_places(run.path("places.png"), judged.profile, judged.rules)
+        write_places(run.path("places.png"), judged.profile, judged.rules, judged.design)
     faults = judged.faults
     write_json(run.path("summary.json"), {"design": judged.name, "passed": not faults, "rules": rows})
     run.finish(passed=not faults)

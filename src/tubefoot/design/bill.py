@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tubefoot.design.outline import chamber, silhouette
 from tubefoot.design.parts import Part
-from tubefoot.design.printability import bond_area, lumen_volume
 from tubefoot.design.profile import chamber_rest_volume
 from tubefoot.design.surface import TriangleMesh
 from tubefoot.units import ML
@@ -51,7 +52,7 @@ def bill_of_materials(design: FingerDesign, parts: list[Part], laid: dict[str, T
         )
         if part.shifts:
             masses[part.material] = masses.get(part.material, 0.0) + part.copies * part.mass_g
-    chamber, lumen = chamber_rest_volume(design.profile), lumen_volume(design)
+    fluid, lumen = chamber_rest_volume(design.profile), lumen_volume(design)
     area = bond_area(design)
     assembled = [part.mesh.bounds for part in parts if part.shifts == ((0.0, 0.0, 0.0),)]
     low = np.min([bounds[0] for bounds in assembled], axis=0)
@@ -59,9 +60,9 @@ def bill_of_materials(design: FingerDesign, parts: list[Part], laid: dict[str, T
     totals = {
         **{f"mass_{material.lower()}_g": mass for material, mass in masses.items()},
         "mass_g": sum(masses.values()),
-        "fluid_volume_per_chamber_ml": chamber / ML,
+        "fluid_volume_per_chamber_ml": fluid / ML,
         "fluid_volume_in_tubes_per_chamber_ml": lumen / ML,
-        "fluid_volume_finger_ml": 2 * (chamber + lumen) / ML,
+        "fluid_volume_finger_ml": 2 * (fluid + lumen) / ML,
         "resin_area_mm2": area,
         "resin_volume_mm3": area * design.seam.thickness_mm,
         "finger_x_mm": design.profile.envelope[0],
@@ -72,3 +73,24 @@ def bill_of_materials(design: FingerDesign, parts: list[Part], laid: dict[str, T
         "assembly_z_mm": float(high[2] - low[2]),
     }
     return Bill(rows, totals)
+
+
+def bond_area(design: FingerDesign) -> float:
+    """Area of the bonding face that takes resin: the section of body and tubes, once [mm^2].
+
+    design : the finger
+    """
+    profile, ports = design.profile, design.ports
+    body = silhouette(profile).area() - 2 * chamber(profile).area()
+    bores = 4 * ports.bore_mm * profile.cap
+    outside = 4 * (ports.outer_diameter_mm - ports.bore_mm) * ports.length_mm
+    return body - bores + outside
+
+
+def lumen_volume(design: FingerDesign) -> float:
+    """Fluid in the two tubes of one chamber [mm^3].
+
+    design : the finger
+    """
+    length = design.profile.cap + design.ports.length_mm
+    return 2 * pi / 4 * design.ports.bore_mm**2 * length

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from math import atan, cos, pi, sin, sqrt
+from math import atan, cos, sin
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tubefoot.design.layout import base_of, pin_places, tube_axis
+from tubefoot.design.layout import base_of, tube_axis
 from tubefoot.design.outline import chamber, silhouette
+from tubefoot.design.section import base_pieces, circle, pin_circles, tube_bores, tube_walls
 from tubefoot.design.sheet import THICK, THIN, Sheet, View, fitting_scale, scale_text
 from tubefoot.design.surface import FloatArray
 from tubefoot.units import DEG
@@ -53,22 +54,20 @@ def _section(sheet: Sheet, design: FingerDesign) -> None:
     view = View((210.0 - scale * (low + high) / 2, 92.0), scale, z_to_the_right=True)
     right = chamber(profile)
     holes = [view.points(right.points()), view.points(right.mirrored().points())]
-    _section_of_base(sheet, view, design)
     sheet.area(view.points(silhouette(profile).points()), holes)
-    for x in (-tube_axis(profile, ports), tube_axis(profile, ports)):
-        for start, end in ((0.0, low), (profile.bellows_length, high)):
-            _tube(sheet, view, design, x, start, end)
-    for x, z in pin_places(design):
-        radius = design.registration.pin_diameter_mm / 2
-        sheet.area(_circle(view.at(x, z), radius * scale), [], RIGID_FILL, "")
+    _rigid_parts(sheet, view, design)
     sheet.line([view.at(0, low - 3 / scale), view.at(0, high + 3 / scale)], THIN, "-.")
     wide, cap_low, cap_high = profile.crest_outside, -profile.cap, profile.bellows_length + profile.cap
     bottom = -across / 2
     sheet.dimension(
         view.at(bottom, cap_low), view.at(bottom, cap_high), f"length {cap_high - cap_low:.4g}", -9
     )
-    sheet.dimension(view.at(bottom, 0), view.at(bottom, profile.bellows_length),
-                    f"bellows {profile.bellows_length:.4g} = {profile.units} × {profile.pitch:.4g}", -18)  # fmt: skip
+    sheet.dimension(
+        view.at(bottom, 0),
+        view.at(bottom, profile.bellows_length),
+        f"bellows {profile.bellows_length:.4g} = {profile.units} × {profile.pitch:.4g}",
+        -18,
+    )
     sheet.dimension(view.at(bottom, low), view.at(bottom, high), f"with tubes {high - low:.4g}", -27)
     sheet.dimension(view.at(-wide, high), view.at(wide, high), f"{2 * wide:.4g}", 12, along="y")
     left = view.at(-across / 2, low)[1], view.at(across / 2, low)[1]
@@ -77,36 +76,14 @@ def _section(sheet: Sheet, design: FingerDesign) -> None:
     sheet.dimension(view.at(-axis, low), view.at(axis, low), f"{2 * axis:.4g}", -8, along="y")
 
 
-def _section_of_base(sheet: Sheet, view: View, design: FingerDesign) -> None:
-    """The base cut at y = 0, with its socket and tube holes."""
-    mount = base_of(design)
-    hole = design.ports.outer_diameter_mm / 2 + design.base.tube_clearance_mm
-    axis = tube_axis(design.profile, design.ports)
-    wall = [(mount.cap_half_x, mount.seat), (mount.cap_half_x, mount.rim), (mount.socket_half_x, mount.rim),
-            (mount.socket_half_x, mount.bottom), (axis + hole, mount.bottom), (axis + hole, mount.seat)]  # fmt: skip
-    middle = [
-        (hole - axis, mount.bottom),
-        (axis - hole, mount.bottom),
-        (axis - hole, mount.seat),
-        (hole - axis, mount.seat),
-    ]
-    right = np.array(wall)
-    for piece in (right, right * [-1.0, 1.0], np.array(middle)):
-        sheet.area(view.points(piece), [], RIGID_FILL, "\\\\\\\\")
-
-
-def _tube(sheet: Sheet, view: View, design: FingerDesign, x: float, start: float, end: float) -> None:
-    inner, outer = design.ports.bore_mm / 2, design.ports.outer_diameter_mm / 2
-    for side in (-1.0, 1.0):
-        wall = [
-            (x + side * inner, start),
-            (x + side * outer, start),
-            (x + side * outer, end),
-            (x + side * inner, end),
-        ]
-        sheet.area(view.points(np.array(wall)), [], RIGID_FILL, "\\\\\\\\")
-    bore = np.array([(x - inner, start), (x + inner, start), (x + inner, end), (x - inner, end)])
-    sheet.area(view.points(bore), [], "white", "")
+def _rigid_parts(sheet: Sheet, view: View, design: FingerDesign) -> None:
+    """Base, tubes and pins cut at y = 0; drawn over the body, whose caps the tubes pass."""
+    for wall in (*base_pieces(design), *tube_walls(design)):
+        sheet.area(view.points(wall), [], RIGID_FILL, "\\\\\\\\")
+    for bore in tube_bores(design):
+        sheet.area(view.points(bore), [], "white", "")
+    for pin in pin_circles(design):
+        sheet.area(view.points(pin), [], RIGID_FILL, "")
 
 
 def _detail(sheet: Sheet, design: FingerDesign) -> None:
@@ -126,8 +103,16 @@ def _detail(sheet: Sheet, design: FingerDesign) -> None:
         ]
     )
     sheet.area(view.points(web), [])
-    wall = np.concatenate([[(p.valley_outside, low)], outer, [(p.valley_outside, high)],
-                           [(p.valley_inside, high)], inner[::-1], [(p.valley_inside, low)]])  # fmt: skip
+    wall = np.concatenate(
+        [
+            [(p.valley_outside, low)],
+            outer,
+            [(p.valley_outside, high)],
+            [(p.valley_inside, high)],
+            inner[::-1],
+            [(p.valley_inside, low)],
+        ]
+    )
     sheet.area(view.points(wall), [])
     sheet.line([view.at(0, low - 4 / scale), view.at(0, high + 4 / scale)], THIN, "-.")
     middle = p.pitch / 2
@@ -149,12 +134,26 @@ def _detail(sheet: Sheet, design: FingerDesign) -> None:
     sheet.thickness(inside, on_face, f"T1 = {p.fold_wall:.4g}", 6)
     _pitch_angle(sheet, view, design)
     right = view.at(p.crest_outside, 0)[0]
-    sheet.dimension(view.at(p.crest_outside, middle - p.crest_flat / 2), view.at(p.crest_outside, middle + p.crest_flat / 2),
-                    f"{p.crest_flat:.4g}", 8, along="y")  # fmt: skip
-    sheet.dimension(view.at(p.valley_outside, low), view.at(p.valley_outside, high), f"pitch {p.pitch:.4g}",
-                    right + 16 - view.at(p.valley_outside, 0)[0], along="y")  # fmt: skip
-    sheet.dimension(view.at(p.valley_outside, high), view.at(p.crest_outside, middle + p.crest_flat / 2),
-                    f"run {p.crest_outside - p.valley_outside:.4g}", 14)  # fmt: skip
+    sheet.dimension(
+        view.at(p.crest_outside, middle - p.crest_flat / 2),
+        view.at(p.crest_outside, middle + p.crest_flat / 2),
+        f"{p.crest_flat:.4g}",
+        8,
+        along="y",
+    )
+    sheet.dimension(
+        view.at(p.valley_outside, low),
+        view.at(p.valley_outside, high),
+        f"pitch {p.pitch:.4g}",
+        right + 16 - view.at(p.valley_outside, 0)[0],
+        along="y",
+    )
+    sheet.dimension(
+        view.at(p.valley_outside, high),
+        view.at(p.crest_outside, middle + p.crest_flat / 2),
+        f"run {p.crest_outside - p.valley_outside:.4g}",
+        14,
+    )
     sheet.text(105.0, 282.0, f"DETAIL, one unit   {scale_text(scale)}", 9)
 
 
@@ -181,18 +180,27 @@ def _end_view(sheet: Sheet, design: FingerDesign) -> None:
     sheet.area(view.points(_rectangle(p.crest_outside, p.height / 2)[:-1]), [], "#d9dee4", "")
     sheet.line(view.points(_rectangle(p.valley_outside, p.height / 2)), THIN)
     for x in (-tube_axis(p, ports), tube_axis(p, ports)):
-        sheet.area(_circle(view.at(x, 0), scale * ports.outer_diameter_mm / 2),
-                   [_circle(view.at(x, 0), scale * ports.bore_mm / 2)], RIGID_FILL, "")  # fmt: skip
+        sheet.area(
+            circle(view.at(x, 0), scale * ports.outer_diameter_mm / 2),
+            [circle(view.at(x, 0), scale * ports.bore_mm / 2)],
+            RIGID_FILL,
+            "",
+        )
     for x, y in mount.screws:
-        sheet.area(_circle(view.at(x, y), scale * design.base.screw_hole_mm / 2), [], "white", "")
+        sheet.area(circle(view.at(x, y), scale * design.base.screw_hole_mm / 2), [], "white", "")
     wide = p.crest_outside
     sheet.line([view.at(-wide - 3 / scale, 0), view.at(wide + 3 / scale, 0)], THIN, "-.")
     sheet.dimension(
         view.at(wide, -p.height / 2), view.at(wide, p.height / 2), f"{p.height:.4g}", 8, along="y"
     )
     (_, low), (_, high) = mount.screws[:2]
-    sheet.dimension(view.at(-mount.plate_half_x, low), view.at(-mount.plate_half_x, high), f"{high - low:.4g}",
-                    -(wide - mount.plate_half_x) * scale - 8, along="y")  # fmt: skip
+    sheet.dimension(
+        view.at(-mount.plate_half_x, low),
+        view.at(-mount.plate_half_x, high),
+        f"{high - low:.4g}",
+        -(wide - mount.plate_half_x) * scale - 8,
+        along="y",
+    )
     sheet.text(235.0, 282.0, f"TIP, with base   {scale_text(scale)}", 9)
 
 
@@ -208,7 +216,7 @@ def _title(sheet: Sheet, design: FingerDesign) -> None:
         f"body {design.body.name}, tubes and base {design.rigid.name}",
         f"T1 fold wall {p.fold_wall:.4g}, T2 valley wall {p.valley_wall:.4g}, T3 partition {p.partition:.4g}",
         f"side walls {p.side_wall:.4g}, caps {p.cap:.4g}, chamber height {p.height - 2 * p.side_wall:.4g}",
-        f"tubes ⌀{ports.outer_diameter_mm:.4g} / bore {ports.bore_mm:.4g}, {ports.length_mm:.4g} long, at both ends",
+        f"tubes ⌀{ports.outer_diameter_mm:.4g} / bore {ports.bore_mm:.4g}, {ports.length_mm:.4g} long",
         fillets if p.fillet_outside or p.fillet_chamber else "profile without fillets",
         f"registration: {pins}" if registration.pin_diameter_mm else "registration: no pins",
         f"split at y = 0 and bonded with UV resin, film {design.seam.thickness_mm:.3g}",
@@ -232,8 +240,3 @@ def _rectangle(half_x: float, half_y: float) -> FloatArray:
     return np.array(
         [(half_x, -half_y), (half_x, half_y), (-half_x, half_y), (-half_x, -half_y), (half_x, -half_y)]
     )
-
-
-def _circle(centre: tuple[float, float], radius: float) -> FloatArray:
-    angle = np.linspace(0.0, 2 * pi, 37)[:-1]
-    return np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)])

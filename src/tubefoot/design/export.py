@@ -139,8 +139,9 @@ def _measured_walls(design: FingerDesign, parts: list[Part], growth: float) -> l
     worst = max(walls, key=lambda wall: wall.error)
     if worst.error > WALL_TOLERANCE_MM:
         raise GeometryError(
-            f"{worst.name}: the exported mesh measures {worst.least:.3f} to {worst.greatest:.3f} mm, the design "
-            f"says {worst.designed:.3f} mm (allowed: {WALL_TOLERANCE_MM} mm); report this design file"
+            f"{worst.name}: the exported mesh measures {worst.least:.3f} to {worst.greatest:.3f} mm, "
+            f"the design says {worst.designed:.3f} mm (allowed: {WALL_TOLERANCE_MM} mm); "
+            "report this design file"
         )
     return walls
 
@@ -151,13 +152,13 @@ def _mesh_facts(part: Part) -> dict[str, Any]:
     open_edges, unseen = mesh.open_edges(), unseen_share(mesh)
     if open_edges or mesh.volume <= 0:
         raise GeometryError(
-            f"{part.name}: the mesh has {open_edges} open edges and {mesh.volume:.4g} mm^3, so it cannot be printed; "
-            "report this design file"
+            f"{part.name}: the mesh has {open_edges} open edges and {mesh.volume:.4g} mm^3, "
+            "so it cannot be printed; report this design file"
         )
     if unseen > UNSEEN_TOLERANCE:
         raise GeometryError(
-            f"{part.name}: {100 * unseen:.2g} % of its surface is out of reach of any straight jet, so support "
-            "would stay inside; widen the openings that `tubefoot check` names"
+            f"{part.name}: {100 * unseen:.2g} % of its surface is out of reach of any straight jet, "
+            "so support would stay inside; widen the openings that `tubefoot check` names"
         )
     return {
         "part": part.name,

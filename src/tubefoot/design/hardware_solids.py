@@ -73,9 +73,14 @@ def plug_solid(design: FingerDesign, growth: float = 0.0) -> Solid:
     x, z = _connector_foot(design)
     top = ports.plug_length_mm + ports.plug_head_mm - g
     section = [
-        (0.0, g), (shank - bevel, g), (shank, g + bevel), (shank, ports.plug_length_mm + g),
-        (head, ports.plug_length_mm + g), (head, top), (0.0, top),
-    ]  # fmt: skip
+        (0.0, g),
+        (shank - bevel, g),
+        (shank, g + bevel),
+        (shank, ports.plug_length_mm + g),
+        (head, ports.plug_length_mm + g),
+        (head, top),
+        (0.0, top),
+    ]
     return cad.turned(section, (x, z + ports.connector_length_mm - ports.plug_length_mm), upwards=True)
 
 

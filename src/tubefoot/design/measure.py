@@ -1,6 +1,7 @@
 """Wall thicknesses, gaps and cavity access, measured on exported meshes by casting rays, in mm.
 
-The design says only where a ray starts; what it meets, and the direction square to a flank, come from the mesh.
+The design says only where a ray starts; what it meets, and the direction square to a flank,
+come from the mesh.
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,6 +20,9 @@ if TYPE_CHECKING:
     from tubefoot.design.finger import FingerDesign
 
 Colour = tuple[float, float, float]
+Kind = Literal["soft", "rigid"]
+Recipe = tuple[Kind, str, float]
+"""Kind, name and density [g/cm3] of a material."""
 SOFT_COLOUR: Colour = (0.16, 0.17, 0.19)
 RIGID_COLOUR: Colour = (0.93, 0.93, 0.90)
 GRAM = 1e-6
@@ -40,7 +42,7 @@ class Part:
     """One part; parts of the same `module` are printed together, in two materials."""
 
     name: str
-    kind: Literal["soft", "rigid"]
+    kind: Kind
     material: str
     density_g_per_cm3: float
     solid: Solid
@@ -91,8 +93,8 @@ def finger_parts(
 
 
 def _parts(design: FingerDesign, growth: float, started: Callable[[str], None]) -> Iterator[Part]:
-    soft = ("soft", design.body.name, design.body.density_g_per_cm3)
-    rigid = ("rigid", design.rigid.name, design.rigid.density_g_per_cm3)
+    soft: Recipe = ("soft", design.body.name, design.body.density_g_per_cm3)
+    rigid: Recipe = ("rigid", design.rigid.name, design.rigid.density_g_per_cm3)
     sides: tuple[solids.Side, ...] = ("front", "back")
     for side in sides:
         started(f"{side} module")
@@ -116,9 +118,14 @@ def _parts(design: FingerDesign, growth: float, started: Callable[[str], None]) 
     both = ((0.0, 0.0, 0.0), across)
     connector = hardware_solids.connector_solid(design, growth)
     yield Part(
-        "connector", *soft, connector, "joins a top tube and its plug; or cut it from the hose",
-        shifts=both, rotation=AS_ASSEMBLED, copies=2,
-    )  # fmt: skip
+        "connector",
+        *soft,
+        connector,
+        "joins a top tube and its plug; or cut it from the hose",
+        shifts=both,
+        rotation=AS_ASSEMBLED,
+        copies=2,
+    )
     plug = hardware_solids.plug_solid(design, growth)
     yield Part(
         "plug", *rigid, plug, "closes a top tube after filling", shifts=both, rotation=TOP_DOWN, copies=2
@@ -129,9 +136,14 @@ def _parts(design: FingerDesign, growth: float, started: Callable[[str], None]) 
         above = tuple((0.0, 0.0, z - heights[0]) for z in heights)
         turn = BOND_FACE_UP["front"]
         yield Part(
-            "marker plate", *rigid, plate, "carries one ArUco tag on the front",
-            shifts=above, rotation=turn, copies=len(heights),
-        )  # fmt: skip
+            "marker plate",
+            *rigid,
+            plate,
+            "carries one ArUco tag on the front",
+            shifts=above,
+            rotation=turn,
+            copies=len(heights),
+        )
 
 
 def laid_meshes(parts: list[Part]) -> dict[str, TriangleMesh]:

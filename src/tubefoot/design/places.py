@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from math import ceil
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,8 +15,12 @@ from matplotlib.patches import Polygon, Rectangle
 from tubefoot.design.outline import chamber, silhouette
 from tubefoot.design.profile import Profile
 from tubefoot.design.rules import Rule
+from tubefoot.design.section import base_pieces, pin_circles, tube_bores, tube_walls
 from tubefoot.design.surface import FloatArray
 from tubefoot.records import write_whole
+
+if TYPE_CHECKING:
+    from tubefoot.design.finger import FingerDesign
 
 COLUMNS = 6
 PANEL_INCH = (2.6, 2.7)
@@ -23,16 +28,19 @@ PANEL_MM = (13.0, 13.5)
 """Size of a panel in mm of finger."""
 REACH_MM = 5.5
 """Half the size of the piece of finger that a panel shows."""
-SOLID, FLUID = "#d9dee4", "#eaf3fb"
+SOLID, FLUID, RIGID = "#d9dee4", "#eaf3fb", "#efe6c4"
+Piece = tuple[FloatArray, str]
+"""Outline (n, 2) as (x, z) [mm] and its fill."""
 PASS, FAIL = "#2a7a3f", "#b3261e"
 
 
-def write_places(path: Path, profile: Profile, rules: list[Rule]) -> Path:
+def write_places(path: Path, profile: Profile, rules: list[Rule], design: FingerDesign | None = None) -> Path:
     """The path of a PNG with one panel for each rule that has a place, broken rules first.
 
     path : file to write
     profile : the finger
     rules : its rules
+    design : the finger, for its tubes, pins and base; None where the dimensions make none
     """
     placed = sorted((rule for rule in rules if rule.place is not None), key=lambda rule: rule.passed)
     rows = max(1, ceil(len(placed) / COLUMNS))
@@ -42,23 +50,33 @@ def write_places(path: Path, profile: Profile, rules: list[Rule]) -> Path:
     axes.set_xlim(0, COLUMNS * PANEL_MM[0])
     axes.set_ylim(-rows * PANEL_MM[1], 0)
     axes.set_axis_off()
-    outside, right = silhouette(profile).points(), chamber(profile).points()
+    right = chamber(profile).points()
+    pieces = [(silhouette(profile).points(), SOLID), (right, FLUID), (right * [-1.0, 1.0], FLUID)]
+    if design is not None:
+        pieces += [(wall, RIGID) for wall in (*base_pieces(design), *tube_walls(design))]
+        pieces += [(bore, FLUID) for bore in tube_bores(design)]
+        pieces += [(pin, RIGID) for pin in pin_circles(design)]
     for number, rule in enumerate(placed):
         middle = (number % COLUMNS + 0.5) * PANEL_MM[0], -(number // COLUMNS + 0.55) * PANEL_MM[1]
-        _panel(axes, middle, rule, [outside, right, right * [-1.0, 1.0]])
+        _panel(axes, middle, rule, pieces)
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=80)
     return write_whole(path, buffer.getvalue())
 
 
-def _panel(axes: Axes, middle: tuple[float, float], rule: Rule, outlines: list[FloatArray]) -> None:
+def _panel(axes: Axes, middle: tuple[float, float], rule: Rule, pieces: list[Piece]) -> None:
     """One rule: its place on the section, in a window of the sheet, under its name and numbers."""
     x, z = rule.place or (0.0, 0.0)
     shift = np.array([middle[0] - x, middle[1] - z])
     corner = (middle[0] - REACH_MM, middle[1] - REACH_MM)
     window = Rectangle(corner, 2 * REACH_MM, 2 * REACH_MM, fill=False, edgecolor="#999999", linewidth=0.6)
     axes.add_patch(window)
-    for outline, colour in zip(outlines, (SOLID, FLUID, FLUID), strict=True):
+    for outline, colour in pieces:
+        if np.any(
+            np.abs((outline.min(axis=0) + outline.max(axis=0)) / 2 - (x, z))
+            > np.ptp(outline, axis=0) / 2 + REACH_MM
+        ):
+            continue
         patch = Polygon(outline + shift, closed=True, facecolor=colour, edgecolor="black", linewidth=0.8)
         axes.add_patch(patch)
         patch.set_clip_path(window)

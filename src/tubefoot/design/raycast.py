@@ -85,7 +85,7 @@ def _covered(corners: FloatArray, rays: FloatArray) -> NDArray[np.bool_]:
 def _crossed(
     corners: FloatArray, origin: FloatArray, direction: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Distance along a ray to each triangle's plane, and whether it crosses the triangle: (triangles,) each."""
+    """Distance along a ray to each triangle's plane, whether it crosses the triangle: (triangles,) each."""
     a = corners[:, 0]
     ab, ac = corners[:, 1] - a, corners[:, 2] - a
     scale = np.linalg.norm(ab, axis=1) * np.linalg.norm(ac, axis=1) + 1e-30

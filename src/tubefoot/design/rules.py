@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from tubefoot.design.layout import tube_axis
-from tubefoot.design.profile import Profile
+from tubefoot.design.profile import FloatArray, Profile
 
 if TYPE_CHECKING:
     from tubefoot.design.hardware import Ports
@@ -46,6 +46,21 @@ class Rule:
             f"{self.name}{place} is {self.value:.4g} {self.unit}, "
             f"must be {self.sense} {self.limit:.4g} {self.unit}{verdict}"
         )
+
+
+def at_least(
+    name: str, value: float, limit: float, advice: str, place: Sequence[float] | FloatArray, unit: str = "mm"
+) -> Rule:
+    """A rule with a lower limit.
+
+    name : what is limited
+    value : how the design stands
+    limit : the least allowed
+    advice : what to change when the rule is broken
+    place : x and z of the spot that decides [mm]
+    unit : of value and limit
+    """
+    return Rule(name, float(value), limit, ">=", unit, advice, place=(float(place[0]), float(place[1])))
 
 
 def broken(rules: Iterable[Rule]) -> list[Rule]:

@@ -58,8 +58,16 @@ class Sheet:
         self.axes.set_ylim(0, size[1])
         self.axes.set_axis_off()
         border = 8.0
-        self.line([(border, border), (size[0] - border, border), (size[0] - border, size[1] - border),
-                   (border, size[1] - border), (border, border)], THICK)  # fmt: skip
+        self.line(
+            [
+                (border, border),
+                (size[0] - border, border),
+                (size[0] - border, size[1] - border),
+                (border, size[1] - border),
+                (border, border),
+            ],
+            THICK,
+        )
 
     def line(
         self, points: FloatArray | list[tuple[float, float]], width: float = THICK, style: str = "-"
@@ -103,8 +111,17 @@ class Sheet:
         align : left, center or right
         turn : rotation [deg]
         """
-        self.axes.text(x, y, text, fontsize=size, ha=align, va="center", rotation=turn, rotation_mode="anchor",
-                       bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6})  # fmt: skip
+        self.axes.text(
+            x,
+            y,
+            text,
+            fontsize=size,
+            ha=align,
+            va="center",
+            rotation=turn,
+            rotation_mode="anchor",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.6},
+        )
 
     def dimension(
         self, start: tuple[float, float], end: tuple[float, float], text: str, away: float, along: str = "x"

@@ -1,4 +1,4 @@
-"""Pictures of parts without a display: PyVista in a process of its own, since VTK ends it where OpenGL is missing."""
+"""Pictures of parts without a display: PyVista in a process of its own, which VTK may end without OpenGL."""
 
 from __future__ import annotations
 
@@ -115,8 +115,8 @@ def _save_cropped(image: NDArray[np.uint8], path: Path) -> None:
     """Write what is not white, with a margin, at most `WIDTH_PX` wide."""
     from PIL import Image
 
-    inked = (image < 250).any(axis=2)
-    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    inked = image.min(axis=2) < 250
+    rows, columns = np.flatnonzero(inked.max(axis=1)), np.flatnonzero(inked.max(axis=0))
     top, bottom = max(0, rows[0] - MARGIN_PX), rows[-1] + MARGIN_PX
     left, right = max(0, columns[0] - MARGIN_PX), columns[-1] + MARGIN_PX
     picture = Image.fromarray(image[top:bottom, left:right])

@@ -34,7 +34,7 @@ def design_template(name: str) -> str:
     lines = [
         f"# Design of a dual-chamber bellows finger. Solve it with `tubefoot solve {name}.toml`,",
         f"# judge it with `tubefoot check {name}.toml`, make print files with `tubefoot export {name}.toml`.",
-        "# Every key has its default; a key that is deleted keeps it. Lines that begin with `# key =` are not set.",
+        "# Every key has its default; a key that is deleted keeps it. A line like `# key =` is not set.",
         "",
     ]
     for key, field in FingerDesign.model_fields.items():
