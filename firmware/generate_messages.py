@@ -153,7 +153,9 @@ _BASE_CLASS = '''class Message:
 
     ID: ClassVar[int]
     LAYOUT: ClassVar[struct.Struct]
-    RANGES: ClassVar[dict[str, tuple[int, int]]]'''
+    RANGES: ClassVar[dict[str, tuple[int, int]]]
+    ARRAYS: ClassVar[dict[str, int]]
+    """Fields that hold several numbers, and how many."""'''
 
 
 def _python_message(message: dict) -> list[str]:
@@ -169,7 +171,12 @@ def _python_message(message: dict) -> list[str]:
     lines.append("    RANGES: ClassVar[dict[str, tuple[int, int]]] = {" + ("}" if not fields else ""))
     if fields:
         lines += [f'        "{field["name"]}": ({field["min"]}, {field["max"]}),' for field in fields]
-        lines += ["    }", ""]
+        lines += ["    }"]
+    arrays = {field["name"]: field["count"] for field in fields if "count" in field}
+    items = ", ".join(f'"{name}": {count}' for name, count in arrays.items())
+    lines.append(f"    ARRAYS: ClassVar[dict[str, int]] = {{{items}}}")
+    if fields:
+        lines.append("")
     for field in fields:
         kind = "tuple[int, ...]" if "count" in field else "int"
         lines.append(f"    {field['name']}: {kind}")

@@ -19,10 +19,11 @@ static bool ended_due;
 static uint32_t ended_ms;
 
 static uint8_t stream_period, stream_phase;
-static uint32_t sums[CHANNELS_MAX];
-static uint32_t reference_sum;
-static uint8_t summed;
-static SampleMessage sample;
+struct Sums {
+  uint32_t time_ms, pressure[CHANNELS_MAX], reference;
+  uint8_t count;
+};
+static Sums running, interval;  // the interval under way, and the last whole one
 static bool sample_due;
 
 // ---- main loop only -----------------------------------------------------------------------------------------
@@ -59,9 +60,7 @@ void bench_start(uint8_t reset_cause, bool watchdog) {
   end_reason = END_REASON_NONE;
   ended_due = sample_due = false;
   stream_period = stream_phase = 0;
-  memset(sums, 0, sizeof sums);
-  reference_sum = 0;
-  summed = 0;
+  memset(&running, 0, sizeof running);
   reader.reset();
   bad_frames = sample_counter = 0;
   in_session = false;
@@ -83,20 +82,16 @@ void bench_start(uint8_t reset_cause, bool watchdog) {
 
 // ---- the tick -----------------------------------------------------------------------------------------------
 
-static void average(const uint16_t counts[CHANNELS_MAX], uint16_t reference) {
-  for (uint8_t i = 0; i < CHANNELS_MAX; i++) sums[i] += counts[i];
-  reference_sum += reference;
-  summed++;
+// Sums until the interval is over; the division is left to the main loop (it would take half of a slot of the ADC).
+static void sum_up(const uint16_t counts[CHANNELS_MAX], uint16_t reference) {
+  for (uint8_t i = 0; i < CHANNELS_MAX; i++) running.pressure[i] += counts[i];
+  running.reference += reference;
+  running.count++;
   if (++stream_phase < stream_period) return;
-  sample.time_ms = now_ms;
-  sample.averaged = summed;
-  for (uint8_t i = 0; i < CHANNELS_MAX; i++) {
-    sample.pressure[i] = i < safety_channels() ? (sums[i] * COUNT_SCALE + summed / 2) / summed : 0;
-    sums[i] = 0;
-  }
-  sample.supply = (reference_sum * SUPPLY_SCALE + summed / 2) / summed;
-  reference_sum = 0;
-  summed = stream_phase = 0;
+  running.time_ms = now_ms;
+  interval = running;
+  memset(&running, 0, sizeof running);
+  stream_phase = 0;
   sample_due = true;
 }
 
@@ -121,7 +116,7 @@ void bench_tick(const uint16_t counts[CHANNELS_MAX], uint16_t reference) {
       end_pulse(END_REASON_COMPLETED);
     }
   }
-  if (stream_period) average(counts, reference);
+  if (stream_period) sum_up(counts, reference);
 }
 
 // ---- commands -----------------------------------------------------------------------------------------------
@@ -144,9 +139,8 @@ static uint8_t run_pulse(const PulseMessage &pulse) {
 
 static uint8_t set_stream(const StreamMessage &stream) {
   if (stream.period_ms >= 1 && stream.period_ms <= 4) return STATUS_OUT_OF_RANGE;
-  memset(sums, 0, sizeof sums);
-  reference_sum = 0;
-  summed = stream_phase = 0;
+  memset(&running, 0, sizeof running);
+  stream_phase = 0;
   stream_period = stream.period_ms;
   return STATUS_OK;
 }
@@ -251,8 +245,8 @@ void bench_receive(uint8_t byte) {
 
 // ---- answers ------------------------------------------------------------------------------------------------
 
-static bool send(uint8_t id, uint8_t sequence, const void *payload, uint8_t length, uint8_t reserve) {
-  if (hal_transmit_room() < length + FRAME_OVERHEAD + reserve) return false;
+static bool send(uint8_t id, uint8_t sequence, const void *payload, uint8_t length) {
+  if (hal_transmit_room() < length + FRAME_OVERHEAD) return false;
   uint8_t bytes[FRAME_BYTES_MAX];
   hal_transmit(bytes, frame_encode(id, sequence, payload, length, bytes));
   return true;
@@ -267,24 +261,30 @@ static void send_ended() {
   ended.end_reason = end_reason;
   ended.faults = safety_faults();
   hal_unlock(lock);
-  if (send(MSG_PULSE_ENDED, pulse_sequence, &ended, sizeof ended, 0)) ended_due = false;
+  if (send(MSG_PULSE_ENDED, pulse_sequence, &ended, sizeof ended)) ended_due = false;
 }
 
 static void send_sample() {
-  SampleMessage now;
+  if (hal_transmit_room() < sizeof(SampleMessage) + FRAME_OVERHEAD) return;  // the next round will do
+  SampleMessage sample;
   uint8_t lock = hal_lock();
-  now = sample;
-  now.direction = direction;
-  now.duty = duty;
-  now.faults = safety_faults();
-  now.fault_channels = safety_fault_channels();
-  now.pulse_sequence = pulse_sequence;
-  now.ran_ms = ran_ms;
-  now.end_reason = end_reason;
+  Sums sums = interval;
+  sample.direction = direction;
+  sample.duty = duty;
+  sample.faults = safety_faults();
+  sample.fault_channels = safety_fault_channels();
+  sample.pulse_sequence = pulse_sequence;
+  sample.ran_ms = ran_ms;
+  sample.end_reason = end_reason;
   sample_due = false;
   hal_unlock(lock);
-  now.bad_frames = bad_frames;
-  send(MSG_SAMPLE, sample_counter++, &now, sizeof now, sizeof(AckMessage) + FRAME_OVERHEAD);
+  sample.time_ms = sums.time_ms;
+  sample.averaged = sums.count;
+  for (uint8_t i = 0; i < CHANNELS_MAX; i++)
+    sample.pressure[i] = i < limits.channels ? (sums.pressure[i] * COUNT_SCALE + sums.count / 2) / sums.count : 0;
+  sample.supply = (sums.reference * SUPPLY_SCALE + sums.count / 2) / sums.count;
+  sample.bad_frames = bad_frames;
+  send(MSG_SAMPLE, sample_counter++, &sample, sizeof sample);
 }
 
 static void send_identity() {
@@ -294,7 +294,7 @@ static void send_identity() {
   identity.reset_cause = cause;
   identity.faults = safety_faults();
   identity.started = just_started;
-  if (!send(MSG_IDENTITY, 0, &identity, sizeof identity, 0)) return;
+  if (!send(MSG_IDENTITY, 0, &identity, sizeof identity)) return;
   identity_due = false;
   just_started = 0;
 }
@@ -305,9 +305,9 @@ void bench_poll() {
   ack.faults = safety_faults();
   bool ended = ended_due, sampled = sample_due;
   hal_unlock(lock);
-  if (ack_due && send(MSG_ACK, ack_sequence, &ack, sizeof ack, 0)) ack_due = false;
+  if (ack_due && send(MSG_ACK, ack_sequence, &ack, sizeof ack)) ack_due = false;
   if (ended) send_ended();
   if (identity_due) send_identity();
-  if (limits_due && send(MSG_LIMITS, 0, &limits, sizeof limits, 0)) limits_due = false;
+  if (limits_due && send(MSG_LIMITS, 0, &limits, sizeof limits)) limits_due = false;
   if (sampled) send_sample();
 }

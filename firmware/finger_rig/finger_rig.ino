@@ -114,7 +114,8 @@ void loop() {
   }
   for (int byte; (byte = Serial.read()) >= 0;) bench_receive(byte);
   bench_poll();
-  digitalWrite(PIN_FAULT_LED, safety_faults() != 0);
+  static bool lit;
+  if (lit != (safety_faults() != 0)) digitalWrite(PIN_FAULT_LED, lit = !lit);
   cli();  // sleep until the next interrupt, without a gap in which one could be missed
   if (now == ticks && !Serial.available()) {
     sleep_enable();

@@ -1,0 +1,1 @@
+"""Virtual counterparts of the bench: plants, and the real firmware in a simulated board."""

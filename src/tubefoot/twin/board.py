@@ -1,0 +1,249 @@
+"""The real firmware on a simulated board, in lock-step with a plant, in virtual time.
+
+A program of its own (firmware/simulator) runs the processor; each step it is told the voltages at the pins and
+tells what the pump's pins did. Nothing happens between steps, so a run is repeatable to the bit and takes as long
+as the computation, not as long as the time it simulates. `LockstepPort` gives the host's link the same interface as
+a serial port: waiting for bytes is what makes virtual time pass.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import struct
+import subprocess
+import weakref
+from collections.abc import Callable
+from enum import IntEnum
+from pathlib import Path
+from types import TracebackType
+
+from tubefoot.errors import LinkError
+from tubefoot.lab.port import Received
+from tubefoot.twin.firmware import built
+from tubefoot.twin.plant import Plant, PumpDrive
+
+CYCLES_PER_S = 16_000_000
+_REQUEST = struct.Struct("<I4HHBBH")
+_ANSWER = struct.Struct("<QIBBBBH")
+_QUEUE_BYTES = 65_000
+
+
+class Operation(IntEnum):
+    """What to do to the board before a step."""
+
+    RUN = 0
+    RESET = 1
+    PAINT_RAM = 2
+    MEASURE_RAM = 3
+    POWER_CYCLE = 4
+
+
+class SimulatedBoard:
+    """A board whose time stands still between calls of `step`. Close it, or use it as a context manager.
+
+    plant : what the pins are wired to
+    drive : what the pump got in the last step
+    to_host, to_board : filters on the bytes in either direction, for fault injection
+    """
+
+    def __init__(
+        self,
+        plant: Plant,
+        firmware: Path | None = None,
+        bootloader: Path | None = None,
+        step_s: float = 1e-3,
+        simulator: list[str] | None = None,
+    ):
+        """Power the board up.
+
+        plant : what the pins are wired to
+        firmware : the program's .elf; the bench's if not given
+        bootloader : a boot loader's .hex to start in
+        step_s : length of a step [s]
+        simulator : command line of the simulator; simavr's bridge if not given
+        """
+        self.plant = plant
+        self.step_s = step_s
+        self.drive = PumpDrive(0, 0.0)
+        self.to_host: Callable[[bytes], bytes] = lambda data: data
+        self.to_board: Callable[[bytes], bytes] = lambda data: data
+        self.received_at = 0.0
+        self._cycle = self._steps = 0
+        self._outgoing = b""
+        command = simulator or [str(built("bridge"))]
+        program = str(firmware or built("board.elf")) if firmware != Path() else ""
+        self._process = subprocess.Popen(
+            [*command, program, str(bootloader or "")], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
+        self._cleanup = weakref.finalize(self, _end, self._process)
+
+    def __enter__(self) -> SimulatedBoard:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    @property
+    def time(self) -> float:
+        """Virtual time since power-up [s]."""
+        return self._steps * self.step_s
+
+    @property
+    def pump_on(self) -> bool:
+        """Whether the pump had current in the last step."""
+        return self.drive.direction != 0 and self.drive.duty > 0
+
+    def send(self, data: bytes) -> None:
+        """Put bytes on the wire to the board; they go with the next steps.
+
+        data : bytes
+        """
+        self._outgoing += self.to_board(data)
+
+    def step(self, operation: Operation = Operation.RUN) -> bytes:
+        """The bytes that the board sent in one step of virtual time.
+
+        operation : what to do to the board first
+        """
+        out, _ = self._exchange(operation)
+        self._steps += 1
+        self.plant.step(self.step_s, self.drive)
+        return self.to_host(out)
+
+    def untouched_ram(self) -> int:
+        """Bytes between variables and stack that were never written since `Operation.PAINT_RAM`."""
+        _, count = self._exchange(Operation.MEASURE_RAM)
+        self._steps += 1
+        return count
+
+    def close(self) -> None:
+        """Switch the board off."""
+        self._cleanup()
+
+    def _exchange(self, operation: Operation) -> tuple[bytes, int]:
+        """Run the processor to the end of the next step; what it sent, and the answer's count."""
+        target = round((self._steps + 1) * self.step_s * CYCLES_PER_S)
+        cycles = max(1, target - self._cycle)  # steps end within one instruction of a fixed grid
+        millivolts = [round(1e3 * volts) for volts in self.plant.sensor_volts()]
+        outgoing, self._outgoing = self._outgoing[:_QUEUE_BYTES], self._outgoing[_QUEUE_BYTES:]
+        supply = round(1e3 * self.plant.supply_volts())
+        request = _REQUEST.pack(cycles, *millivolts, supply, operation, 0, len(outgoing))
+        stdin, stdout = self._process.stdin, self._process.stdout
+        if stdin is None or stdout is None or stdin.closed:
+            raise LinkError("the simulated board is switched off")
+        try:
+            stdin.write(request + outgoing)
+            stdin.flush()
+            head = stdout.read(_ANSWER.size)
+        except (BrokenPipeError, OSError) as error:
+            raise LinkError(f"the simulated board has ended: {error}") from error
+        if len(head) < _ANSWER.size:
+            raise LinkError(f"the simulated board has ended with exit code {self._process.wait()}")
+        cycle, high, pins, _, _, _, count = _ANSWER.unpack(head)
+        passed, self._cycle = cycle - self._cycle, cycle
+        direction = {1: 1, 2: -1}.get(pins, 0)
+        if operation != Operation.MEASURE_RAM:
+            self.drive = PumpDrive(direction, min(1.0, high / max(1, passed)) if direction else 0.0)
+        return stdout.read(count), high
+
+
+class LockstepPort:
+    """A port, and a clock, on a simulated board: waiting makes virtual time pass."""
+
+    def __init__(self, board: SimulatedBoard, name: str = "simulated board"):
+        """Wire a host to a board.
+
+        board : which steps as the host waits
+        name : for messages
+        """
+        self.board = board
+        self.name = name
+        self.clock = LockstepClock(self)
+        self._inbox: list[bytes] = []
+        self._open = False
+        self.unplugged = False
+
+    def open(self) -> None:
+        """Open the line; unlike an Uno's, this does not restart the board."""
+        if self.unplugged:
+            raise LinkError(f"{self.name}: the cable is unplugged")
+        self._open = True
+
+    def close(self) -> None:
+        """Close the line; the board goes on."""
+        self._open = False
+        self._inbox.clear()
+
+    def write(self, data: bytes) -> None:
+        """Send.
+
+        data : bytes
+        """
+        self._demand_line()
+        self.board.send(data)
+
+    def read(self, timeout: float) -> Received:
+        """What has come, after letting time pass until something comes.
+
+        timeout : longest wait [s]
+        """
+        self._demand_line()
+        deadline = self.board.time + timeout - 1e-9
+        while timeout > 0 and not self._inbox:
+            self.advance()
+            if self.board.time >= deadline:
+                break
+        data = b"".join(self._inbox)
+        self._inbox.clear()
+        return Received(self.board.time, data)
+
+    def advance(self) -> None:
+        """Let one step pass and keep what comes."""
+        out = self.board.step()
+        if out and self._open and not self.unplugged:
+            self._inbox.append(out)
+
+    def _demand_line(self) -> None:
+        if not self._open or self.unplugged:
+            raise LinkError(f"{self.name}: the line is {'unplugged' if self.unplugged else 'closed'}")
+
+
+class LockstepClock:
+    """The board's virtual time; sleeping steps the board."""
+
+    def __init__(self, port: LockstepPort):
+        """Take the time from a board.
+
+        port : where it is
+        """
+        self._port = port
+
+    def now(self) -> float:
+        """The time now [s]."""
+        return self._port.board.time
+
+    def sleep(self, seconds: float) -> None:
+        """Step the board.
+
+        seconds : how long [s]
+        """
+        deadline = self.now() + seconds - 1e-9
+        while self.now() < deadline:
+            self._port.advance()
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    for pipe in (process.stdin, process.stdout):
+        if pipe is not None:
+            with contextlib.suppress(OSError):
+                pipe.close()
+    try:
+        process.wait(timeout=5)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
