@@ -1,0 +1,66 @@
+"""How the fluids are driven, and what a step of the path holds fixed.
+
+Each cavity has one equation g(V, p, s) = 0 with the path parameter s:
+
+    volume    V - V_rest + air(p) - rate s = 0     fluid pumped in goes to the cavity and its air column
+    pressure  p - rate s = 0
+
+air(p) = V_air p / (p_atm + p) is the volume by which an isothermal air column shrinks (Boyle). One more
+equation, the control, says where on the path the step ends: at a value of s, of a pressure, of a volume
+change, or of any measure with a gradient. A drive with rates (+1, -1) is the cyclic pump.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.units import ATMOSPHERE_MPA
+
+FloatArray = NDArray[np.float64]
+
+
+def air_uptake(pressure: float, air_volume: float) -> tuple[float, float]:
+    """Volume by which a trapped-air column shrinks [mm^3], and its derivative by pressure [mm^3/MPa].
+
+    pressure : gauge [MPa], above absolute vacuum; air_volume : at zero gauge [mm^3]
+    """
+    absolute = ATMOSPHERE_MPA + pressure
+    return air_volume * pressure / absolute, air_volume * ATMOSPHERE_MPA / absolute**2
+
+
+@dataclass(frozen=True)
+class Drive:
+    """What is prescribed for each cavity.
+
+    kind : "volume" or "pressure" for each cavity
+    rate : change of the prescribed quantity per path parameter, [mm^3] or [MPa] each
+    """
+
+    kind: tuple[Literal["volume", "pressure"], ...]
+    rate: tuple[float, ...]
+
+    @classmethod
+    def pump(cls) -> Drive:
+        """The cyclic pump: what goes into the first cavity comes out of the second."""
+        return cls(("volume", "volume"), (1.0, -1.0))
+
+
+@dataclass(frozen=True)
+class Control:
+    """Where a step ends: `quantity` = `target`.
+
+    quantity : "parameter", "pressure" or "volume_change" (of cavity `cavity`), or "measure"
+    target : value [mm^3, MPa or the measure's unit]
+    cavity : number of the cavity
+    measure : displacement vector to (value, gradient), for the quantity "measure"
+    """
+
+    quantity: Literal["parameter", "pressure", "volume_change", "measure"]
+    target: float
+    cavity: int = 0
+    measure: Callable[[FloatArray], tuple[float, FloatArray]] | None = None

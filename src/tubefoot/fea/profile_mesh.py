@@ -1,0 +1,348 @@
+"""Quadrilaterals over the profile of a finger, in the x-z plane: wall, partition, caps and chambers.
+
+The wall is meshed as a strip that follows valley, flank and crest, with mitre lines at the corners; a lining
+of one layer runs along its inside through each slot. So every corner, sharp or filleted, sits between cells
+of good shape. Cells are biquadratic, with their mid-nodes on the curves, and grow away from the re-entrant
+edges, where the strain is singular.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from itertools import pairwise
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.design.profile import Profile
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+Curve = Callable[[FloatArray], FloatArray]
+"""Parameters in [0, 1] to points (n, 2)."""
+
+GRADING = 2.0
+"""Exponent by which cells shrink towards re-entrant edges."""
+
+LINING = 1.0 / 3.0
+"""Share of the slot's half width that the lining leaves to the inner rows."""
+
+
+@dataclass(frozen=True)
+class ProfileMesh:
+    """Nine-node quadrilaterals over one profile.
+
+    points : (n_points, 2) as (x, z) [mm]
+    cells : (n_cells, 9) point numbers in VTK order, seen with x to the right and z up
+    part : (n_cells,) what each cell belongs to: partition, valley, flank, crest, cap_base, cap_tip, chamber
+    side : (n_cells,) +1 for the right half, -1 for the left, 0 for neither
+    """
+
+    points: FloatArray
+    cells: IntArray
+    part: NDArray[np.str_]
+    side: IntArray
+
+
+@dataclass(frozen=True)
+class Divisions:
+    """How many cells along each line of the profile, and across the chamber and the side wall along y."""
+
+    wall: int
+    flank: int
+    valley: int
+    crest: int
+    gap: int
+    partition: int
+    cap: int
+    chamber_height: int
+    side_wall: int
+    lining: int = 1
+
+    @classmethod
+    def of(cls, profile: Profile, size: float) -> Divisions:
+        """Divisions whose cells are no longer than a size; flanks, which bend, get at least two.
+
+        profile : the finger's profile; size : element size [mm]
+        """
+
+        def count(length: float, least: int = 1) -> int:
+            return max(least, ceil(length / size - 1e-9))
+
+        flank = np.hypot(profile.crest_outside - profile.valley_outside, profile.rise)
+        return cls(
+            wall=count(max(profile.fold_wall, profile.valley_wall)),
+            flank=count(flank, 2),
+            valley=count(profile.inner_valley_flat / 2),
+            crest=count(max(profile.crest_flat, 2 * profile.slot_half_width(profile.slot_end))),
+            gap=count(profile.chamber_gap),
+            partition=count(profile.partition),
+            cap=count(profile.cap),
+            chamber_height=count(profile.height / 2 - profile.side_wall),
+            side_wall=count(profile.side_wall),
+        )
+
+    def refined(self, factor: int) -> Divisions:
+        """Every cell cut into `factor` along each line.
+
+        factor : 1 or more
+        """
+        return Divisions(*(factor * getattr(self, entry.name) for entry in fields(self)))
+
+
+def mesh_profile(profile: Profile, divisions: Divisions) -> ProfileMesh:
+    """The quadrilaterals of a whole profile.
+
+    profile : the finger's profile; divisions : cells along each line
+    """
+    patches: list[_Patch] = []
+    for unit in range(profile.units):
+        patches += _unit_patches(profile, divisions, unit * profile.pitch)
+    patches += _end_patches(profile, divisions)
+    patches += [patch.mirrored() for patch in patches]
+    patches += _partition_patches(profile, divisions)
+    return _join(patches)
+
+
+@dataclass(frozen=True)
+class _Patch:
+    """A grid of biquadratic cells: points (2 n + 1, 2 m + 1, 2), with the part and side of its cells."""
+
+    grid: FloatArray
+    part: str
+    side: int
+
+    def mirrored(self) -> _Patch:
+        return _Patch(self.grid[:, ::-1] * [-1.0, 1.0], self.part, -self.side)
+
+
+def graded(n: int, towards: str = "") -> FloatArray:
+    """Parameters of the nodes of n quadratic cells on a line, (2 n + 1,) from 0 to 1.
+
+    n : number of cells
+    towards : where cells shrink by the power `GRADING`: "start", "end", "both", or nowhere
+    """
+    even = np.linspace(0.0, 1.0, n + 1)
+    if towards == "start":
+        ends = even**GRADING
+    elif towards == "end":
+        ends = 1.0 - (1.0 - even) ** GRADING
+    elif towards == "both":
+        ends = np.where(even < 0.5, 0.5 * (2 * even) ** GRADING, 1.0 - 0.5 * (2 - 2 * even) ** GRADING)
+    else:
+        ends = even
+    nodes = np.empty(2 * n + 1)
+    nodes[::2], nodes[1::2] = ends, 0.5 * (ends[:-1] + ends[1:])
+    return nodes
+
+
+def _line(start: FloatArray, end: FloatArray) -> Curve:
+    return lambda t: start + (end - start) * np.asarray(t)[:, None]
+
+
+def _polyline_with_fillets(corners: FloatArray, radii: list[float]) -> list[Curve]:
+    """The pieces of a polyline between its corners, a filleted corner replaced by the middle of its arc.
+
+    corners : (n, 2); radii : one for each inner corner
+    """
+    pieces: list[list[tuple[FloatArray, FloatArray, FloatArray | None]]] = [[] for _ in corners[:-1]]
+    starts = corners[0]
+    for k, radius in enumerate(radii, start=1):
+        into, out = (_unit(corners[k] - corners[k - 1]), _unit(corners[k + 1] - corners[k]))
+        half_turn = 0.5 * np.arccos(np.clip(into @ out, -1.0, 1.0))
+        setback = radius * np.tan(half_turn)
+        begin, end = corners[k] - setback * into, corners[k] + setback * out
+        bisector = _unit(out - into)
+        centre = corners[k] + bisector * radius / np.cos(half_turn)
+        middle = centre - bisector * radius
+        pieces[k - 1].append((starts, begin, None))
+        if radius > 0:
+            pieces[k - 1].append((begin, middle, centre))
+            pieces[k].append((middle, end, centre))
+        starts = end
+    pieces[-1].append((starts, corners[-1], None))
+    return [_chain(piece) for piece in pieces]
+
+
+def _unit(vector: FloatArray) -> FloatArray:
+    return vector / np.linalg.norm(vector)
+
+
+def _chain(segments: list[tuple[FloatArray, FloatArray, FloatArray | None]]) -> Curve:
+    """Lines and arcs end to end, by arc length."""
+    lengths = []
+    for start, end, centre in segments:
+        chord = float(np.linalg.norm(end - start))
+        if centre is None:
+            lengths.append(chord)
+        else:
+            radius = float(np.linalg.norm(start - centre))
+            lengths.append(2 * radius * np.arcsin(min(1.0, chord / (2 * radius))))
+    bounds = np.concatenate([[0.0], np.cumsum(lengths)])
+
+    def curve(t: FloatArray) -> FloatArray:
+        at = np.asarray(t) * bounds[-1]
+        index = np.clip(np.searchsorted(bounds, at, side="right") - 1, 0, len(segments) - 1)
+        points = np.empty((len(at), 2))
+        for k, (start, end, centre) in enumerate(segments):
+            mine = index == k
+            share = (at[mine] - bounds[k]) / lengths[k] if lengths[k] > 0 else np.zeros(mine.sum())
+            points[mine] = _along(start, end, centre, share)
+        return points
+
+    return curve
+
+
+def _along(start: FloatArray, end: FloatArray, centre: FloatArray | None, share: FloatArray) -> FloatArray:
+    if centre is None:
+        return start + (end - start) * share[:, None]
+    a, b = start - centre, end - centre
+    turn = np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)
+    cosine, sine = np.cos(turn * share), np.sin(turn * share)
+    return centre + np.column_stack([cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1]])
+
+
+def _ruled(bottom: Curve, top: Curve, t: FloatArray, s: FloatArray) -> FloatArray:
+    """Grid between two curves by straight lines, (len(t), len(s), 2): t along the curves, s across."""
+    return bottom(t)[:, None] * (1 - s)[None, :, None] + top(t)[:, None] * s[None, :, None]
+
+
+def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
+    """Patches of one unit of the right half; across runs along +x or away from the chamber."""
+    shift = np.array([0.0, z])
+    outer, inner = profile.outer_corners() + shift, profile.chamber_corners() + shift
+    bottom, top = z, z + profile.pitch
+
+    def ends(x: float) -> tuple[FloatArray, FloatArray]:
+        return np.array([x, bottom]), np.array([x, top])
+
+    def wall_line(x: float, corners: FloatArray, radius: float) -> list[Curve]:
+        first, last = ends(x)
+        return _polyline_with_fillets(np.vstack([first, corners, last]), [radius] * 4)
+
+    inside = wall_line(profile.valley_inside, inner, profile.fillet_chamber)
+    outside = wall_line(profile.valley_outside, outer, profile.fillet_outside)
+    along = _along_wall(n)
+    across = graded(n.wall, "both" if n.wall > 2 else "start")
+    parts = ("valley", "flank", "crest", "flank", "valley")
+    patches = [
+        _Patch(_ruled(a, b, t, across), part, 1)
+        for a, b, t, part in zip(inside, outside, along, parts, strict=True)
+    ]
+    lining = _lining_corners(profile, z)
+    linings = [_line(lining[k], lining[k + 1]) for k in range(3)]
+    for curve, wall, t in zip(linings, inside[1:4], along[1:4], strict=True):
+        patches.append(_Patch(_ruled(curve, wall, t, graded(n.lining)), "chamber", 1))
+    up = _ruled(linings[0], lambda t: linings[2](1.0 - np.asarray(t)), along[1], along[2])
+    patches.append(_Patch(np.swapaxes(up, 0, 1), "chamber", 1))
+    return patches + _core_patches(profile, n, inside, lining)
+
+
+def _along_wall(n: Divisions) -> tuple[FloatArray, ...]:
+    """Parameters along valley, flank, crest, flank, valley of one unit."""
+    return (
+        graded(n.valley, "end"),
+        graded(n.flank, "both"),
+        graded(n.crest, "both"),
+        graded(n.flank, "both"),
+        graded(n.valley, "start"),
+    )
+
+
+def _lining_corners(profile: Profile, z: float) -> FloatArray:
+    """Corners of the inner block of a slot, (4, 2), from its lower mouth round its end to its upper mouth."""
+    middle = z + profile.pitch / 2
+    root, end = (profile.slot_half_width(x) for x in (profile.valley_inside, profile.slot_end))
+    depth = profile.slot_end - profile.valley_inside
+    back = min(0.25 * depth, (1 - LINING) * end + 0.5 * profile.fillet_chamber)
+    x = np.array([profile.valley_inside, profile.slot_end - back])
+    x = np.r_[x, x[::-1]]
+    return np.column_stack([x, middle + LINING * np.array([-root, -end, end, root])])
+
+
+def _core_patches(profile: Profile, n: Divisions, inside: list[Curve], lining: FloatArray) -> list[_Patch]:
+    """The chamber between partition and valleys: a row for each valley, lining and slot."""
+    mouth = [inside[1](np.zeros(1))[0], lining[0], lining[3], inside[4](np.zeros(1))[0]]
+    rights = [inside[0], *(_line(a, b) for a, b in pairwise(mouth)), inside[4]]
+    patches = []
+    along, lined = _along_wall(n), graded(n.lining)
+    for right, t in zip(rights, (along[0], lined, along[2], lined, along[4]), strict=True):
+        left = _onto(right, profile.partition_face)
+        patches.append(_Patch(_ruled(left, right, t, graded(n.gap, "both")), "chamber", 1))
+    return patches
+
+
+def _onto(curve: Curve, x: float) -> Curve:
+    """The curve's projection onto a line of constant x, with its heights kept."""
+    return lambda t: np.column_stack([np.full(len(t), x), curve(t)[:, 1]])
+
+
+def _end_patches(profile: Profile, n: Divisions) -> list[_Patch]:
+    """Right half of both end caps, without the part over the partition."""
+    length = profile.bellows_length
+    x = (profile.partition_face, profile.valley_inside, profile.valley_outside)
+    patches = []
+    spans = ((-profile.cap, 0.0, "cap_base", "end"), (length, length + profile.cap, "cap_tip", "start"))
+    wall = graded(n.wall, "both" if n.wall > 2 else "start")
+    for low, high, part, towards in spans:
+        for left, right, s in ((x[0], x[1], graded(n.gap, "both")), (x[1], x[2], wall)):
+            edges = (_line(np.array([a, low]), np.array([a, high])) for a in (left, right))
+            patches.append(_Patch(_ruled(*edges, graded(n.cap, towards), s), part, 1))
+    return patches
+
+
+def _partition_patches(profile: Profile, n: Divisions) -> list[_Patch]:
+    """Both halves of the partition and of the caps over it; the rows are those of the chamber's core."""
+    face, length = profile.partition_face, profile.bellows_length
+    edges = [(_heights(-profile.cap, 0.0, graded(n.cap, "end")), "cap_base")]
+    for unit in range(profile.units):
+        for patch in _unit_patches(profile, n, unit * profile.pitch)[-5:]:
+            edges.append((patch.grid[:, 0, 1], "partition"))
+    edges.append((_heights(length, length + profile.cap, graded(n.cap, "start")), "cap_tip"))
+    x = face * (2 * graded(n.partition, "both") - 1)
+    return [
+        _Patch(np.stack(np.broadcast_arrays(x[None, :], z[:, None]), axis=-1), part, 0) for z, part in edges
+    ]
+
+
+def _heights(low: float, high: float, t: FloatArray) -> FloatArray:
+    return low + (high - low) * t
+
+
+def _join(patches: list[_Patch]) -> ProfileMesh:
+    """One mesh from patches that meet node by node."""
+    points, cells, part, side = [], [], [], []
+    start = 0
+    for patch in patches:
+        rows, columns = patch.grid.shape[:2]
+        number = start + np.arange(rows * columns).reshape(rows, columns)
+        points.append(patch.grid.reshape(-1, 2))
+        start += rows * columns
+        for i in range(0, rows - 1, 2):
+            for j in range(0, columns - 1, 2):
+                corner = [number[i + a, j + b] for a, b in _VTK_QUAD9]
+                cells.append(corner)
+                part.append(patch.part)
+                side.append(patch.side)
+    stacked = np.vstack(points)
+    _, first, merged = np.unique(np.round(stacked, 6) + 0.0, axis=0, return_index=True, return_inverse=True)
+    numbers = merged.ravel()[np.array(cells)]
+    joined = stacked[first]
+    return ProfileMesh(joined, _upright(joined, numbers), np.array(part), np.array(side))
+
+
+_VTK_QUAD9 = ((0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1))
+_MIRROR_QUAD9 = [1, 0, 3, 2, 4, 7, 6, 5, 8]
+
+
+def _upright(points: FloatArray, cells: IntArray) -> IntArray:
+    """The cells, those of negative area turned over."""
+    a, b, c, d = (points[cells[:, k]] for k in range(4))
+    diagonals = (c - a, d - b)
+    area = diagonals[0][:, 0] * diagonals[1][:, 1] - diagonals[0][:, 1] * diagonals[1][:, 0]
+    turned = cells.copy()
+    turned[area < 0] = cells[area < 0][:, _MIRROR_QUAD9]
+    return turned

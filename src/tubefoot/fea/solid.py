@@ -1,0 +1,223 @@
+"""The hyperelastic solid as an item: cells of one block with their materials."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.errors import ConfigError
+from tubefoot.fea.elements import PressureSpace
+from tubefoot.fea.items import Evaluation, Sink, State
+from tubefoot.fea.kernel import assemble_cells, point_stresses, recover_cells
+from tubefoot.fea.mesh import CellBlock, Mesh, jacobian_at
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+CHUNK = 1024
+"""Cells assembled at a time: bounds the memory for cell matrices."""
+
+
+@dataclass(frozen=True)
+class OgdenLaw:
+    """W = sum 2 mu_i / alpha_i^2 (sum_k lbar_k^alpha_i - 3) + kappa / 2 (J - 1)^2.
+
+    mu, alpha : (n_terms,) [MPa], [-]; kappa : bulk modulus [MPa]
+    """
+
+    mu: tuple[float, ...]
+    alpha: tuple[float, ...]
+    kappa: float
+
+    @classmethod
+    def elastic(cls, youngs_modulus: float, poisson_ratio: float) -> OgdenLaw:
+        """A neo-Hookean solid with the given small-strain constants.
+
+        youngs_modulus : [MPa]; poisson_ratio : below 0.5
+        """
+        shear = youngs_modulus / (2 * (1 + poisson_ratio))
+        return cls((shear,), (2.0,), youngs_modulus / (3 * (1 - 2 * poisson_ratio)))
+
+
+class Solid:
+    """Cells of one block, with one material law per region."""
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        laws: Mapping[str, OgdenLaw],
+        block: int = 0,
+        pressure: PressureSpace = "linear",
+        first_own_unknown: int | None = None,
+    ):
+        """Prepare shape gradients and the numbering.
+
+        mesh : the mesh; block : number of its cell block
+        laws : region name to material, `*` stands for every other region
+        pressure : the pressure space that goes with the displacement element
+        first_own_unknown : number of the first pressure unknown; after the displacements if not given
+
+        Raises ConfigError when a region has no material.
+        """
+        self.block: CellBlock = mesh.blocks[block]
+        self.kind = self.block.element
+        self.pressure = pressure
+        self._prepare_geometry(mesh)
+        self._prepare_laws(mesh, laws)
+        start = 3 * len(mesh.points) if first_own_unknown is None else first_own_unknown
+        self._number_unknowns(start)
+
+    @property
+    def pattern(self) -> IntArray:
+        """(n_cells, n_kept) numbers of the unknowns that stay."""
+        return self.unknowns[:, : self.n_kept]
+
+    @property
+    def eliminated(self) -> IntArray:
+        """Numbers of the unknowns that are eliminated inside the cells."""
+        return self.unknowns[:, self.n_kept :].ravel()
+
+    def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
+        """Put cell matrices and residuals into the sink.
+
+        state : where to evaluate; sink : takes the parts; found : energy, smallest Jacobian, magnitude
+        """
+        n_cells = len(self.unknowns)
+        for first in range(0, n_cells, CHUNK):
+            part = slice(first, min(first + CHUNK, n_cells))
+            n = part.stop - first
+            matrices, residuals = self._matrices[:n], self._residuals[:n]
+            assemble_cells(
+                state.unknowns,
+                self.unknowns[part],
+                self.gradients[part],
+                self.weights[part],
+                self.pressure_shapes[part],
+                self.material[part],
+                *self.constants,
+                self.kind.n_nodes,
+                self._displacement_slot,
+                self._pressure_slot,
+                self.n_kept,
+                matrices,
+                residuals,
+                self._factors[part],
+                self._scaled[part],
+                self._energy[part],
+                self._smallest[part],
+                self._magnitude[part],
+            )
+            sink.add(self, first, matrices, residuals)
+        found.energy += float(self._energy.sum())
+        found.min_jacobian = min(found.min_jacobian, float(self._smallest.min()))
+        found.magnitude = max(found.magnitude, float(self._magnitude.max()))
+
+    def recover(self, step: FloatArray) -> None:
+        """Fill in the interior unknowns of a Newton step.
+
+        step : (n,) in and out
+        """
+        recover_cells(step, self.unknowns, self.n_kept, self._factors, self._scaled)
+
+    def stresses(self, state: State) -> tuple[FloatArray, FloatArray]:
+        """Cauchy stress (n_cells, n_q, 3, 3) [MPa] and J (n_cells, n_q) at the quadrature points.
+
+        state : where to evaluate
+        """
+        n_cells, n_q = self.weights.shape
+        cauchy, jacobians = np.empty((n_cells, n_q, 3, 3)), np.empty((n_cells, n_q))
+        point_stresses(
+            state.unknowns,
+            self.unknowns,
+            self.gradients,
+            self.pressure_shapes,
+            self.material,
+            *self.constants,
+            self._displacement_slot,
+            self._pressure_slot,
+            cauchy,
+            jacobians,
+        )
+        return cauchy, jacobians
+
+    def _prepare_geometry(self, mesh: Mesh) -> None:
+        kind, block = self.kind, self.block
+        matrices = jacobian_at(mesh.points, block, kind.quadrature_points)
+        determinants = np.linalg.det(matrices)
+        inverse = np.linalg.inv(matrices)
+        reference = kind.shape_gradient(kind.quadrature_points)
+        self.gradients = np.ascontiguousarray(np.einsum("qaj,cqji->cqai", reference, inverse, optimize=True))
+        self.weights = determinants * kind.quadrature_weights
+        self.points = np.einsum("qa,cai->cqi", kind.shape(kind.quadrature_points), mesh.points[block.nodes])
+        self.pressure_shapes = self._pressure_shapes()
+
+    def _pressure_shapes(self) -> FloatArray:
+        n_cells, n_q = self.weights.shape
+        if self.pressure == "none":
+            return np.empty((n_cells, n_q, 0))
+        if self.pressure == "constant":
+            return np.ones((n_cells, n_q, 1))
+        if self.pressure == "continuous":
+            shape = self.kind.corner_shape(self.kind.quadrature_points)
+            return np.ascontiguousarray(np.broadcast_to(shape, (n_cells, *shape.shape)))
+        # Linear in space (not in the reference cell): optimal also on distorted cells,
+        # Boffi and Gastaldi, Math. Models Methods Appl. Sci. 12, 2002.
+        volume = self.weights.sum(axis=1)
+        centre = np.einsum("cq,cqi->ci", self.weights, self.points) / volume[:, None]
+        local = (self.points - centre[:, None]) / np.cbrt(volume)[:, None, None]
+        return np.concatenate([np.ones((n_cells, n_q, 1)), local], axis=2)
+
+    def _prepare_laws(self, mesh: Mesh, laws: Mapping[str, OgdenLaw]) -> None:
+        rows = []
+        for region in mesh.regions:
+            law = laws.get(region, laws.get("*"))
+            if law is None:
+                raise ConfigError(f"region `{region}` has no material; materials: {', '.join(sorted(laws))}")
+            rows.append(law)
+        n_terms = max(len(law.mu) for law in rows)
+        mu, alpha = np.zeros((len(rows), n_terms)), np.ones((len(rows), n_terms))
+        for row, law in enumerate(rows):
+            mu[row, : len(law.mu)], alpha[row, : len(law.alpha)] = law.mu, law.alpha
+        import os
+        c=float(os.environ.get('STAB','1'))
+        kap=[]
+        for law in rows:
+            ks = law.kappa if self.pressure=='none' else min(c*sum(law.mu),0.5*law.kappa)
+            kap.append((ks, max(law.kappa-ks,1e-9)))
+        self.constants: tuple[Any, ...] = (mu, alpha, np.array(kap))
+        self.material = self.block.region
+
+    def _number_unknowns(self, first_own: int) -> None:
+        kind, nodes = self.kind, self.block.nodes
+        n_cells, n_p = len(nodes), self.pressure_shapes.shape[2]
+        if self.pressure == "continuous":
+            corners, numbers = np.unique(nodes[:, : kind.n_corners], return_inverse=True)
+            pressures = first_own + numbers.reshape(n_cells, n_p)
+            self.n_own = len(corners)
+        else:
+            self.n_own = n_cells * n_p
+            pressures = first_own + np.arange(self.n_own).reshape(n_cells, n_p)
+        displacements = (3 * nodes[:, :, None] + np.arange(3)).reshape(n_cells, -1)
+        n_shared = 3 * kind.n_shared
+        shared, interior = displacements[:, :n_shared], displacements[:, n_shared:]
+        if self.pressure == "continuous":
+            columns, self.n_kept = [shared, pressures, interior], n_shared + n_p
+            slots = np.r_[np.arange(n_shared), n_shared + n_p + np.arange(interior.shape[1])]
+            self._pressure_slot = n_shared + np.arange(n_p)
+        else:
+            columns, self.n_kept = [shared, interior, pressures], n_shared
+            slots = np.arange(displacements.shape[1])
+            self._pressure_slot = displacements.shape[1] + np.arange(n_p)
+        self._displacement_slot = slots
+        self.unknowns = np.ascontiguousarray(np.hstack(columns))
+        n_local = self.unknowns.shape[1]
+        self._factors = np.empty((n_cells, n_local - self.n_kept, n_local))
+        self._scaled = np.empty((n_cells, n_local - self.n_kept))
+        self._energy, self._smallest, self._magnitude = np.empty((3, n_cells))
+        chunk = min(CHUNK, n_cells)
+        self._matrices = np.empty((chunk, self.n_kept, self.n_kept))
+        self._residuals = np.empty((chunk, self.n_kept))
