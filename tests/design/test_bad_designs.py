@@ -123,7 +123,9 @@ def test_bytes_are_no_design(tmp_path):
 
 def test_all_broken_rules_are_told_at_once():
     with pytest.raises(GeometryError) as caught:
-        FingerDesign.model_validate({"bellows": {"valley_outside_mm": 3.0}, "ports": {"outer_diameter_mm": 2.2}})
+        FingerDesign.model_validate(
+            {"bellows": {"valley_outside_mm": 3.0}, "ports": {"outer_diameter_mm": 2.2}}
+        )
     assert str(caught.value).count("must be") >= 3
 
 

@@ -24,7 +24,9 @@ def test_areas_agree_with_points_and_closed_form(design, request):
     for outline in (silhouette(p), chamber(p), chamber(p).mirrored()):
         # Chords cut at most a turn of pi/24 off each arc.
         assert shoelace(outline.points()) == pytest.approx(outline.area(), rel=3e-4)
-    assert chamber(p).area() * (p.height - 2 * p.side_wall) == pytest.approx(chamber_rest_volume(p), rel=1e-12)
+    assert chamber(p).area() * (p.height - 2 * p.side_wall) == pytest.approx(
+        chamber_rest_volume(p), rel=1e-12
+    )
 
 
 def test_points_of_an_arc_lie_on_its_circle():

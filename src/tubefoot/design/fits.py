@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tubefoot.design.layout import (
+    ABOVE_RIM_MM,
     base_of,
     gripper_base_of,
     marker_plate_of,
@@ -179,7 +180,7 @@ def marker_rules(design: FingerDesign) -> list[Rule]:
         at_least(
             "marker plate above the base",
             plate.heights[0] - plate.side / 2 - base_of(design).rim,
-            0.5,
+            ABOVE_RIM_MM,
             "start marker_seats.units higher or reduce marker_seats.marker_mm",
             first,
         ),

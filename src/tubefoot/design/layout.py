@@ -22,6 +22,8 @@ LIP_SHARE = 0.4
 MIN_LIP_MM = 0.6
 MARKER_CLEAR_SHARE = 1.5
 """Distance between seats over the size of their plates, so that bent plates keep clear."""
+ABOVE_RIM_MM = 0.5
+"""Between a marker plate and the socket's wall."""
 BESIDE_HEAD_MM = 0.5
 """Between a screw head and the socket's wall."""
 
@@ -125,7 +127,9 @@ def marker_plate_of(design: FingerDesign) -> MarkerPlate:
     units = seats.units
     if units is None:
         step = max(1, ceil(MARKER_CLEAR_SHARE * side / profile.pitch - 1e-9))
-        units = tuple(range(min((step + 1) // 2, profile.units), profile.units + 1, step))
+        lowest = design.base.socket_depth_mm - profile.cap + ABOVE_RIM_MM + side / 2
+        first = max((step + 1) // 2, ceil(lowest / profile.pitch + 0.5 - 1e-9))
+        units = tuple(range(first, profile.units + 1, step))
     units = tuple(sorted(units))
     return MarkerPlate(side, tuple((unit - 0.5) * profile.pitch for unit in units), units)
 
