@@ -116,7 +116,10 @@ class Cavity:
 
         n_unknowns : length of the vector
         """
-        return np.bincount(self.pattern.ravel(), self._gradients.ravel(), minlength=n_unknowns)
+        summed: FloatArray = np.bincount(
+            self.pattern.ravel(), self._gradients.ravel(), minlength=n_unknowns
+        ).astype(float, copy=False)
+        return summed
 
     def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
         """Put the load -p dV and its stiffness -p d2V into the sink.

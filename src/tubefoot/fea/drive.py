@@ -49,6 +49,14 @@ class Drive:
         """The cyclic pump: what goes into the first cavity comes out of the second."""
         return cls(("volume", "volume"), (1.0, -1.0))
 
+    @classmethod
+    def pressures(cls, n_cavities: int) -> Drive:
+        """The same gauge pressure in every cavity, the path parameter being that pressure [MPa].
+
+        n_cavities : number of cavities
+        """
+        return cls(tuple("pressure" for _ in range(n_cavities)), (1.0,) * n_cavities)
+
 
 @dataclass(frozen=True)
 class Control:

@@ -7,6 +7,7 @@ measured in `docs/verification.md`.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -105,7 +106,7 @@ def _monomials(points: FloatArray, powers: IntArray) -> FloatArray:
 @cache
 def _inverse_vandermonde(name: str) -> FloatArray:
     kind = element_kind(name)
-    return np.linalg.inv(_monomials(kind.nodes, kind.monomials))
+    return np.asarray(np.linalg.inv(_monomials(kind.nodes, kind.monomials)), np.float64)
 
 
 def gauss_line(n: int) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +152,7 @@ _HEX_FACES = [(-1, 0, 0), (1, 0, 0), (0, -1, 0), (0, 1, 0), (0, 0, -1), (0, 0, 1
 
 
 def _box_faces(
-    nodes: list[tuple[int, ...]], face_nodes: list[tuple[int, int]]
+    nodes: Sequence[tuple[int, ...]], face_nodes: Sequence[tuple[int, int]]
 ) -> tuple[tuple[int, ...], ...]:
     """Faces of the reference box as quads whose normal (first edge x last edge) points out."""
     faces = []
@@ -191,7 +192,7 @@ def _hexahedron20() -> ElementKind:
 def _hexahedron8() -> ElementKind:
     points, weights = _gauss_box(2, 3)
     powers = np.array(list(product(range(2), repeat=3)))
-    faces = _box_faces(list(_HEX_CORNERS), _QUAD9[:4])
+    faces = _box_faces(_HEX_CORNERS, _QUAD9[:4])
     nodes = np.array(_HEX_CORNERS, float)
     return ElementKind("hexahedron8", powers, nodes, points, weights, 8, 8, "quad", faces)
 
@@ -247,7 +248,7 @@ def _triangle_rule() -> tuple[FloatArray, FloatArray]:
     return np.array(points), np.array(weights)
 
 
-_BUILDERS = {
+_BUILDERS: dict[str, Callable[[], ElementKind]] = {
     "hexahedron27": _hexahedron27,
     "hexahedron20": _hexahedron20,
     "hexahedron8": _hexahedron8,
