@@ -56,18 +56,15 @@ def export_finger(
     Raises GeometryError where a mesh is not closed, or its walls are not those of the design.
     """
     parts = finger_parts(design, growth, say)
-    say("meshes")
+    say("meshes, measured again")
+    walls = _measured_walls(design, parts, growth)
+    facts = [_mesh_facts(part) for part in parts]
     laid = laid_meshes(parts)
-    files = [
-        write_stl(directory / "stl" / f"{part.file_stem}.stl", laid[part.name], part.name) for part in parts
-    ]
+    say("STL, 3MF and STEP files")
+    files = [write_stl(directory / "stl" / f"{part.file_stem}.stl", laid[part.name], part.name) for part in parts]
     files.append(write_3mf(directory / "finger.3mf", design.name, parts))
-    say("STEP files")
     body = solids.whole_body(design)
     files += _step_files(design, directory, parts, body)
-    say("measuring the meshes")
-    walls = _measured_walls(design, parts, growth)
-    meshes = [_mesh_facts(part) for part in parts]
     say("drawing, bill and instructions")
     files += write_drawing(design, directory)
     bill = bill_of_materials(design, parts, laid)
@@ -83,7 +80,7 @@ def export_finger(
         "chamber_volume_mm3": cad.volume(solids.chamber_fluid(design)),
         "chamber_volume_by_formula_mm3": chamber_rest_volume(design.profile),
         "wall_error_max_mm": max(wall.error for wall in walls),
-        "parts": meshes,
+        "parts": facts,
         "pictures": len(drawn),
         **bill.totals,
     }
