@@ -108,14 +108,17 @@ void setup() {
 void loop() {
   static uint8_t ticks_seen;
   uint8_t now = ticks;
+  bool due = now != ticks_seen;
+  for (int byte; (byte = Serial.read()) >= 0; due = true) bench_receive(byte);
+  if (due) {
+    bench_poll();
+    static bool lit;
+    if (lit != (safety_faults() != 0)) digitalWrite(PIN_FAULT_LED, lit = !lit);
+  }
   if (now != ticks_seen) {  // the watchdog is fed only while both the tick and this loop live
     ticks_seen = now;
     wdt_reset();
   }
-  for (int byte; (byte = Serial.read()) >= 0;) bench_receive(byte);
-  bench_poll();
-  static bool lit;
-  if (lit != (safety_faults() != 0)) digitalWrite(PIN_FAULT_LED, lit = !lit);
   cli();  // sleep until the next interrupt, without a gap in which one could be missed
   if (now == ticks && !Serial.available()) {
     sleep_enable();

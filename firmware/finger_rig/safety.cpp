@@ -118,4 +118,3 @@ void safety_note_pumping(bool pumping) {
 
 uint16_t safety_faults() { return remembered.faults; }
 uint8_t safety_fault_channels() { return fault_channels; }
-uint8_t safety_channels() { return channels; }

@@ -20,4 +20,3 @@ void safety_set_neutral();
 void safety_note_pumping(bool pumping);
 uint16_t safety_faults();
 uint8_t safety_fault_channels();
-uint8_t safety_channels();

@@ -25,7 +25,7 @@
 #include <simavr/sim_hex.h>
 #include <simavr/sim_time.h>
 
-enum { RAM_START = 0x100, RAM_END = 0x8ff, MCUSR_AT = 0x54, EXTRF = 2, PORF = 1, BOOT_AT = 0x7e00, PAINT = 0xc5 };
+enum { RAM_START = 0x100, RAM_END = 0x8ff, MCUSR_AT = 0x54, EXTRF = 2, PORF = 1, BOOT_AT = 0x7c00, BOOT_SHIFT = 0x200, PAINT = 0xc5 };
 enum { RUN, RESET, PAINT_RAM, MEASURE_RAM, POWER_CYCLE };
 enum { QUEUE = 65536 };
 
@@ -123,7 +123,10 @@ static int load(board_t *board, const char *firmware, const char *bootloader) {
     ihex_chunk_p chunks;
     int count = read_ihex_chunks(bootloader, &chunks);
     if (count <= 0) return 0;
-    for (int i = 0; i < count; i++) memcpy(avr->flash + chunks[i].baseaddr, chunks[i].data, chunks[i].size);
+    /* Debian's optiboot has outgrown the Uno's boot section by 20 bytes; its code does not care where it lies, so
+     * it goes to the next larger section, 0x7c00. */
+    for (int i = 0; i < count; i++)
+      memcpy(avr->flash + chunks[i].baseaddr - BOOT_SHIFT, chunks[i].data, chunks[i].size);
     board->boots = 1;
   }
   wire(board);
@@ -174,8 +177,8 @@ int main(int argc, char **argv) {
   static board_t board;
   static uint8_t bytes[QUEUE];
   avr_global_logger_set(quiet);
+  if (!freopen("/dev/null", "w", stderr)) return 2;  /* simavr's hex reader warns of the start address record */
   if (argc < 2 || !load(&board, argv[1], argc > 2 ? argv[2] : "")) {
-    fprintf(stderr, "usage: bridge FIRMWARE.elf [BOOTLOADER.hex]: cannot load\n");
     return 2;
   }
   while (take(&request, sizeof request) && take(bytes, request.count)) {
