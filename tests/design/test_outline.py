@@ -56,7 +56,7 @@ def test_there_and_back_is_the_same_outline(rounded):
 
 
 def test_nearest_of_two_squares():
-    distance, middle = nearest(SQUARE, SQUARE + [7.0, 0.0])
+    distance, middle = nearest(SQUARE, SQUARE + np.array([7.0, 0.0]))
     assert distance == pytest.approx(3.0)
     assert middle[0] == pytest.approx(5.5)
 

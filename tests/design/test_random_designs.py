@@ -26,7 +26,7 @@ def random_design(rng: np.random.Generator) -> dict[str, Any]:
         return round(float(rng.uniform(low, high)), 3)
 
     bore = between(0.7, 2.4)
-    tube = round(bore + between(1.0, 2.0), 3)
+    tube = round(bore + between(1.15, 1.9), 3)
     hose = round(tube / between(1.02, 1.3), 3)
     return {
         "name": "random",
@@ -36,9 +36,9 @@ def random_design(rng: np.random.Generator) -> dict[str, Any]:
             "fold_rise_mm": between(0.0, 1.5),
             "crest_flat_mm": between(3.5, 7.0),
             "valley_flat_mm": between(0.6, 2.5),
-            "fold_wall_mm": between(0.9, 1.9),
+            "fold_wall_mm": between(0.95, 1.8),
             "valley_wall_mm": between(0.9, 2.5),
-            "partition_mm": between(0.9, 3.5),
+            "partition_mm": between(0.9, 3.8),
             "chamber_gap_mm": between(2.0, 5.0),
             "height_mm": between(6.0, 14.0),
             "side_wall_mm": between(0.6, 2.0),
@@ -53,7 +53,7 @@ def random_design(rng: np.random.Generator) -> dict[str, Any]:
             "hose_outer_mm": round(hose + 1.4, 3),
             "length_mm": between(7.0, 12.0),
         },
-        "base": {"socket_depth_mm": between(1.5, 4.0), "plate_mm": between(2.0, 4.0)},
+        "base": {"socket_depth_mm": between(1.5, 3.5), "plate_mm": between(2.0, 4.0)},
         "registration": {"pin_diameter_mm": float(rng.choice([0.0, between(0.7, 1.4)]))},
     }
 
@@ -69,8 +69,8 @@ def test_each_random_design_exports_watertight_or_is_refused_with_the_reason(tmp
         try:
             design = FingerDesign.model_validate(random_design(rng))
         except GeometryError as error:
-            assert "must be" in str(error)
-            reasons["no finger: " + str(error).split("`: ")[1].split(" is ")[0]] += 1
+            told = str(error).split("`: ")[1]
+            reasons[f"no finger: {told.split(' is ')[0]}" if "must be" in told else "no reason"] += 1
             continue
         if faults := broken(check_rules(design)):
             assert all(rule.advice for rule in faults)
@@ -86,11 +86,12 @@ def test_each_random_design_exports_watertight_or_is_refused_with_the_reason(tmp
             assert mesh.is_winding_consistent, path
             assert mesh.volume > 0, path
         assert exported.summary["wall_error_max_mm"] < 0.03
+    assert "no reason" not in reasons
     refused = sum(reasons.values())
     print(f"\n{len(seconds)} exported, {refused} refused, seed {SEED}")
     print(f"export: median {np.median(seconds):.1f} s, longest {max(seconds):.1f} s, without pictures")
     for reason, count in reasons.most_common():
         print(f"  {count:3d} refused by: {reason}")
     assert len(seconds) + refused == COUNT
-    assert len(seconds) >= 25
+    assert len(seconds) >= 30
     assert refused >= 25

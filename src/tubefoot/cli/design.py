@@ -132,12 +132,6 @@ def export(
         if not despite_check:
             raise
         print(f"exported despite this: {error}")
-    options = {"compensate_growth": compensate_growth, "pictures": pictures, "despite_check": despite_check}
-    run = Run(
-        out or Path("out/export") / design.stem,
-        "export",
-        {"design_file": design, **options, "design": finger.model_dump()},
-    )
     started = time.perf_counter()
 
     def say(step: str) -> None:
@@ -151,6 +145,12 @@ def export(
             f"export needs {error.name}, which is not installed; install tubefoot with its `cad` extra: "
             "pip install 'tubefoot[cad]'"
         ) from error
+    options = {"compensate_growth": compensate_growth, "pictures": pictures, "despite_check": despite_check}
+    run = Run(
+        out or Path("out/export") / design.stem,
+        "export",
+        {"design_file": design, **options, "design": finger.model_dump()},
+    )
     growth = finger.printing.growth_mm if compensate_growth else 0.0
     exported = export_finger(finger, run.directory, growth, pictures, say)
     run.finish(files=len(exported.files))

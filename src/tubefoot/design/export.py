@@ -61,7 +61,9 @@ def export_finger(
     facts = [_mesh_facts(part) for part in parts]
     laid = laid_meshes(parts)
     say("STL, 3MF and STEP files")
-    files = [write_stl(directory / "stl" / f"{part.file_stem}.stl", laid[part.name], part.name) for part in parts]
+    files = [
+        write_stl(directory / "stl" / f"{part.file_stem}.stl", laid[part.name], part.name) for part in parts
+    ]
     files.append(write_3mf(directory / "finger.3mf", design.name, parts))
     body = solids.whole_body(design)
     files += _step_files(design, directory, parts, body)

@@ -84,8 +84,8 @@ class MarkerSeats(Settings):
     """Pads on the front side wall and the plates on them that carry ArUco tags [mm]."""
 
     units: tuple[Annotated[int, Field(ge=1, le=48)], ...] | None = None
-    """Units that carry a tag, counted from the base; left out: spread evenly such that bent plates keep clear of
-    each other and of the base (2, 5, 8, 11 of 12); an empty list leaves the seats out."""
+    """Units that carry a tag, counted from the base; left out: spread evenly, bent plates clear of each
+    other and of the base (2, 5, 8, 11 of 12); an empty list leaves the seats out."""
     marker_mm: Annotated[float, Field(ge=2.0, le=60.0)] = 10.0
     """Side of the tag's black square."""
     quiet_zone_mm: Annotated[float, Field(ge=0.2, le=20.0)] = 1.67

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import lib3mf
 import numpy as np
 
 from tubefoot.design.parts import Part
@@ -36,8 +37,6 @@ def write_3mf(path: Path, title: str, parts: list[Part]) -> Path:
     title : goes into the file's metadata
     parts : parts of one finger
     """
-    import lib3mf
-
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(lib3mf.ModelUnit.MilliMeter)
@@ -63,8 +62,7 @@ def write_3mf(path: Path, title: str, parts: list[Part]) -> Path:
         for shift in part.shifts:
             model.AddBuildItem(body, _placed(wrapper.GetIdentityTransform(), shift))
     writer = model.QueryWriter("3mf")
-    content, _ = bytes(writer.WriteToBuffer()), None
-    return write_whole(path, content)
+    return write_whole(path, bytes(writer.WriteToBuffer()))
 
 
 def _placed(transform: object, shift: tuple[float, float, float]) -> object:
