@@ -34,6 +34,13 @@ app.command(
 )
 
 
+app.command(
+    "tubefoot.cli.rig:rig_app",
+    name="rig",
+    help="The bench, real or simulated: check, calibrate, pulse, monitor, record, flash.",
+)
+
+
 def main() -> None:
     """Run the command line; a foreseen error prints its message and sets the exit code."""
     try:

@@ -38,7 +38,9 @@ def flash(port: str, program: Path, timeout: float = 120.0) -> str:
                 timeout=timeout,
             )
         except subprocess.TimeoutExpired:
-            raise LinkError(f"{port}: avrdude did not finish in {timeout:g} s; is it the right port?") from None
+            raise LinkError(
+                f"{port}: avrdude did not finish in {timeout:g} s; is it the right port?"
+            ) from None
         report = outcome.stderr.strip()
         if outcome.returncode == 0:
             return report

@@ -24,7 +24,10 @@ class Port(Protocol):
     """A byte stream to a board. Every method raises LinkError when the line is gone."""
 
     name: str
-    clock: Clock
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that stamps what comes."""
 
     def open(self) -> None:
         """Open the line, again if it was open."""
@@ -55,10 +58,15 @@ class SerialPort:
         clock : clock to stamp bytes with
         """
         self.name = name
-        self.clock = clock or SystemClock()
+        self._clock = clock or SystemClock()
         self._serial: object | None = None
         self._thread: threading.Thread | None = None
         self._inbox: queue.SimpleQueue[Received | Exception] = queue.SimpleQueue()
+
+    @property
+    def clock(self) -> Clock:
+        """The clock that stamps what comes."""
+        return self._clock
 
     def open(self) -> None:
         """Open the port at the board's speed; on an Uno this restarts the board."""

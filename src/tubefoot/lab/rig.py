@@ -120,7 +120,9 @@ class Rig(Protocol):
     `limits.silence`, or the board stops the pump and latches a fault.
     """
 
-    clock: Clock
+    @property
+    def clock(self) -> Clock:
+        """Its time; a simulated or replayed rig runs on its own."""
 
     @property
     def limits(self) -> RigLimits:

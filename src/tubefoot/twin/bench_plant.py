@@ -1,9 +1,10 @@
 """A small bench: pump, two branches with trapped air, tubes, two chambers of a linear finger, sensors.
 
 Branch b: C_air p_b' = +-q - f, C_air = V0 p0 / (p0 + p_b)^2 (isothermal trapped air, gauge pressures).
-Tube: f = (p_b - p_c) / R. Chambers: w = c p_c + m (p_c - p_other), a linear compliance of each chamber and one
-of the partition between them. The pump has a dead band, a first-order lag and roller ripple. The branch pressures
-are solved implicitly, so that the step of 1 ms is stable. Gravity, creep, bubbles and contact are left out.
+Tube: f = (p_b - p_c) / R. Chambers: w = c p_c + m (p_c - p_other), a linear compliance of each chamber and
+one of the partition between them. The pump has a dead band, a first-order lag and roller ripple. The branch
+pressures are solved implicitly, so that the step of 1 ms is stable. Gravity, creep, bubbles, contact are left
+out.
 
 Inside units: MPa, mm^3, s.
 """
@@ -61,7 +62,7 @@ class BenchPlant:
     """The bench of one finger; the same seed gives the same run.
 
     `vented` opens both branches to the air; `applied` holds a branch at a given pressure, as a syringe would;
-    `dispensed` counts what leaves the right branch while vented; `overrides` replaces sensor outputs by volts.
+    `dispensed` counts what leaves the right branch while vented; `overrides` replaces outputs by volts.
     """
 
     def __init__(self, parameters: BenchParameters | None = None, seed: int = 0):

@@ -1,9 +1,9 @@
 """The real firmware on a simulated board, in lock-step with a plant, in virtual time.
 
-A program of its own (firmware/simulator) runs the processor; each step it is told the voltages at the pins and
-tells what the pump's pins did. Nothing happens between steps, so a run is repeatable to the bit and takes as long
-as the computation, not as long as the time it simulates. `LockstepPort` gives the host's link the same interface as
-a serial port: waiting for bytes is what makes virtual time pass.
+A program of its own (firmware/simulator) runs the processor; each step it is told the voltages at the pins
+and tells what the pump's pins did. Nothing happens between steps, so a run is repeatable to the bit and takes
+as long as the computation, not as long as the time it simulates. `LockstepPort` gives the host's link the
+same interface as a serial port: waiting for bytes is what makes virtual time pass.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import contextlib
 import struct
 import subprocess
+import time
 import weakref
 from collections.abc import Callable
 from enum import IntEnum
@@ -67,7 +68,6 @@ class SimulatedBoard:
         self.drive = PumpDrive(0, 0.0)
         self.to_host: Callable[[bytes], bytes] = lambda data: data
         self.to_board: Callable[[bytes], bytes] = lambda data: data
-        self.received_at = 0.0
         self._cycle = self._steps = 0
         self._outgoing = b""
         command = simulator or [str(built("bridge"))]
@@ -155,12 +155,14 @@ class SimulatedBoard:
 class LockstepPort:
     """A port, and a clock, on a simulated board: waiting makes virtual time pass."""
 
-    def __init__(self, board: SimulatedBoard, name: str = "simulated board"):
+    def __init__(self, board: SimulatedBoard, name: str = "simulated board", real_time: bool = False):
         """Wire a host to a board.
 
         board : which steps as the host waits
         name : for messages
+        real_time : never run ahead of the wall clock, for people to watch
         """
+        self._ahead_of = time.monotonic() - board.time if real_time else None
         self.board = board
         self.name = name
         self.clock = LockstepClock(self)
@@ -205,6 +207,8 @@ class LockstepPort:
     def advance(self) -> None:
         """Let one step pass and keep what comes."""
         out = self.board.step()
+        if self._ahead_of is not None:
+            time.sleep(max(0.0, self.board.time - (time.monotonic() - self._ahead_of)))
         if out and self._open and not self.unplugged:
             self._inbox.append(out)
 

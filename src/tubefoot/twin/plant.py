@@ -19,7 +19,7 @@ class PumpDrive:
 
 
 class Plant(Protocol):
-    """Everything physical: pump, fluid, finger, sensors, supply. It holds its own state and nothing of the board."""
+    """Everything physical: pump, fluid, finger, sensors, supply; it knows nothing of the board."""
 
     def step(self, duration: float, drive: PumpDrive) -> None:
         """Move on.

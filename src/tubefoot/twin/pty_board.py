@@ -1,8 +1,8 @@
 """The simulated board behind a pseudo-terminal, free-running at the pace of the wall clock.
 
-To the operating system it is a serial port: the host uses it through pyserial like a real one. The board never
-runs faster than real time, and after a hold-up it goes on from where it was, without catching up: a slow computer
-gives a slow board, not a host that seems silent.
+To the operating system it is a serial port: the host uses it through pyserial like a real one. The board
+never runs faster than real time, and after a hold-up it goes on from where it was, without catching up: a
+slow computer gives a slow board, not a host that seems silent.
 """
 
 from __future__ import annotations

@@ -1,0 +1,81 @@
+"""Opening a bench for a verb: a real port or the simulated board, the rig file, the recorder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from tubefoot.lab.board_rig import BoardRig
+    from tubefoot.lab.operator import Operator
+    from tubefoot.lab.settings import RigSettings
+
+
+@dataclass
+class Bench:
+    """A connected rig and whoever stands at it."""
+
+    rig: BoardRig
+    operator: Operator
+    simulated: bool
+
+
+def rig_settings(rig_file: Path | None, port: str | None) -> RigSettings:
+    """The settings of a bench, its port replaced when one is given.
+
+    rig_file : TOML file, None for the defaults
+    port : serial port, None for that of the file
+    """
+    from tubefoot.config import load_settings
+    from tubefoot.lab.settings import RigSettings
+
+    settings = load_settings(rig_file, RigSettings) if rig_file else RigSettings()
+    if port is None:
+        return settings
+    return settings.model_copy(update={"board": settings.board.model_copy(update={"port": port})})
+
+
+@contextmanager
+def open_bench(
+    settings: RigSettings, sim: bool, recording: Path | None = None, seed: int = 0, real_time: bool = False
+) -> Iterator[Bench]:
+    """A connected bench; on leaving, the pump is stopped and the recording closed.
+
+    settings : of the rig
+    sim : the simulated board instead of the port
+    recording : file to record into
+    seed : of the simulated sensors' noise
+    real_time : let the simulated bench run at the pace of the wall clock
+    """
+    from contextlib import ExitStack
+
+    from tubefoot.lab.board_rig import BoardRig
+    from tubefoot.lab.operator import Person
+    from tubefoot.lab.port import Port, SerialPort
+    from tubefoot.lab.recorder import Recorder
+
+    with ExitStack() as stack:
+        operator: Operator = Person()
+        port: Port
+        if sim:
+            from tubefoot.twin.bench_plant import BenchPlant
+            from tubefoot.twin.board import LockstepPort, SimulatedBoard
+            from tubefoot.twin.simulated_operator import SimulatedOperator
+
+            plant = BenchPlant(seed=seed)
+            board = stack.enter_context(SimulatedBoard(plant))
+            port = LockstepPort(board, real_time=real_time)
+            operator = SimulatedOperator(plant)
+        else:
+            port = SerialPort(settings.board.port)
+        recorder = None
+        if recording is not None:
+            recorder = Recorder(recording, settings, port.clock.now())
+            stack.callback(recorder.close)
+        rig = BoardRig(port, settings, recorder)
+        stack.callback(rig.close)
+        rig.connect()
+        yield Bench(rig, operator, sim)
