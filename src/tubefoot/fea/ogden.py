@@ -19,13 +19,14 @@ import numpy as np
 from numba import njit
 
 FLAGS: Any = {"contract", "reassoc", "nsz", "arcp"}
-"""Fast-math options that keep NaN and infinity meaningful."""
+"""Fast-math options that keep NaN and infinity meaningful; with error_model="numpy" a division by zero in a
+cell that has collapsed gives infinity, which Newton's method sees, instead of an exception that it cannot."""
 
 EQUAL_STRETCH = 1e-5
 """Relative difference of two stretches below which the limit formula is used (its error is the square)."""
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def symmetric_eigen(c, vectors, values):  # type: ignore[no-untyped-def]
     """Eigenvalues and eigenvectors of a symmetric 3 x 3 matrix, by cyclic Jacobi rotations.
 
@@ -65,7 +66,7 @@ def symmetric_eigen(c, vectors, values):  # type: ignore[no-untyped-def]
         values[i] = c[i, i]
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def principal_derivatives(stretch, jacobian, mu, alpha, first, second):  # type: ignore[no-untyped-def]
     """Energy density [MPa]; `first` and `second` get its derivatives by the principal stretches.
 
@@ -96,7 +97,7 @@ def principal_derivatives(stretch, jacobian, mu, alpha, first, second):  # type:
     return energy
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def ogden_point(f, mu, alpha, stress, tangent, work):  # type: ignore[no-untyped-def]
     """Energy density [MPa] at a deformation gradient; the nominal stress and its tangent are written.
 
