@@ -35,6 +35,12 @@ app.command(
 
 
 app.command(
+    "tubefoot.cli.solve:solve",
+    name="solve",
+    help="Solve a finger by finite elements: pressures, volumes, bend angle, stress.\n\n"
+    "Example: `tubefoot solve examples/designs/reference-6.toml`",
+)
+app.command(
     "tubefoot.cli.rig:rig_app",
     name="rig",
     help="The bench, real or simulated: check, calibrate, pulse, monitor, record, flash.",

@@ -83,7 +83,7 @@ class Model:
         self.mesh = mesh
         self.solids, self.cavities = list(solids), list(cavities)
         self.items: list[Item] = [*solids, *cavities, *others]
-        self.drive = drive or Drive(("pressure",) * len(cavities), (1.0,) * len(cavities))
+        self.drive = drive or Drive.pressures(len(self.cavities))
         self.tolerance = tolerance or Tolerance()
         self.n_unknowns = mesh.points.size + sum(solid.n_own for solid in solids)
         fixed = Boundary.of(self.n_unknowns, clamped).fixed
@@ -147,6 +147,21 @@ class Model:
         raise StepFailed(
             f"no convergence in {self.tolerance.iterations} iterations, residual {history[-1]:.1e}"
         )
+
+    def slope_at_rest(self, goal: Control) -> float:
+        """Derivative of a control's quantity by the path parameter, at rest.
+
+        goal : the control
+        """
+        rest = self.rest()
+        self.evaluate(rest)
+        borders = self._borders(rest, goal)
+        _, along = self._newton_step(rest, borders)
+        n = len(self.cavities)
+        slope = borders.small[n, :n] @ along.pressures + borders.small[n, n]
+        if borders.control_row is not None:
+            slope += borders.control_row @ along.unknowns
+        return float(slope)
 
     def _admissible(self, state: State) -> Evaluation:
         found = self.evaluate(state)
@@ -247,8 +262,8 @@ class Model:
             small[n, :n] += row @ solved[:, :n]
             right[n] -= row @ solved[:, n]
         try:
-            change = np.linalg.solve(small, right)
-            along = np.linalg.solve(small[:n, :n], -small[:n, n]) if n else np.zeros(0)
+            change = np.asarray(np.linalg.solve(small, right), float)
+            along = np.asarray(np.linalg.solve(small[:n, :n], -small[:n, n]), float) if n else np.zeros(0)
         except np.linalg.LinAlgError as error:
             raise StepFailed("the path has a turning point in the controlled quantity") from error
         unknowns = np.zeros(self.n_unknowns)

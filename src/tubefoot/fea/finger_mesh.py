@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from tubefoot.design.profile import Profile
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.mesh import CellBlock, FacetSet, Mesh, require_quality
-from tubefoot.fea.profile_mesh import Divisions, ProfileMesh, graded, mesh_profile
+from tubefoot.fea.profile_mesh import Divisions, ProfileMesh, line_nodes, mesh_profile
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -37,8 +37,8 @@ def finger_mesh(
     counts = divisions or Divisions.of(profile, element_size)
     flat = mesh_profile(profile, counts)
     lid = profile.height / 2 - profile.side_wall
-    chamber = lid * graded(counts.chamber_height, "end")
-    wall = lid + profile.side_wall * graded(counts.side_wall, "start")
+    chamber = lid * line_nodes(counts.chamber_height)
+    wall = lid + profile.side_wall * line_nodes(counts.side_wall)
     mesh = _sweep(flat, np.r_[chamber, wall[1:]], counts.chamber_height)
     require_quality(mesh)
     return mesh

@@ -2,11 +2,12 @@
 
 Two-field energy with the pressure p as an independent field,
 
-    Pi = int W(F) + p (J - 1) - p^2 / (2 kappa) dV,
+    Pi = int W(F) + k0 (J - 1 - ln J) + p (J - 1) - p^2 / (2 k1) dV,   k0 + k1 = kappa,
 
-stationary in displacement and pressure. Unknowns of the cell that no neighbour shares (the interior node,
+stationary in displacement and pressure; k0 is a small share of the bulk modulus (see `solid`), all of it for
+a displacement element. Unknowns of the cell that no neighbour shares (the interior node,
 a discontinuous pressure) are eliminated by symmetric elimination without pivoting: the pressure block is
--M / kappa, never singular.
+-M / k1, never singular.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from numba import njit, prange
 from tubefoot.fea.ogden import FLAGS, ogden_point
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def cofactor(f, out):  # type: ignore[no-untyped-def]
     """Determinant of a 3 x 3 matrix; its cofactors are written.
 
@@ -31,7 +32,7 @@ def cofactor(f, out):  # type: ignore[no-untyped-def]
     return f[0, 0] * out[0, 0] + f[0, 1] * out[0, 1] + f[0, 2] * out[0, 2]
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def deformation_gradient(nodal, gradient, f):  # type: ignore[no-untyped-def]
     """Write F = 1 + grad u at a point.
 
@@ -45,7 +46,7 @@ def deformation_gradient(nodal, gradient, f):  # type: ignore[no-untyped-def]
             f[i, j] = value
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def add_determinant_hessian(f, factor, tangent):  # type: ignore[no-untyped-def]
     """Add factor * d2J/dF dF to a tangent.
 
@@ -65,7 +66,7 @@ def add_determinant_hessian(f, factor, tangent):  # type: ignore[no-untyped-def]
                     tangent[3 * i + j, 3 * k + l] += factor * row_sign * column_sign * f[m, 3 - j - l]
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def add_stiffness(gradient, tangent, weight, blocks, half):  # type: ignore[no-untyped-def]
     """Add weight * G A G^T to the nodal blocks i <= k.
 
@@ -89,7 +90,7 @@ def add_stiffness(gradient, tangent, weight, blocks, half):  # type: ignore[no-u
             block += 1
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def eliminate_interior(matrix, residual, n_kept, factor, scaled):  # type: ignore[no-untyped-def]
     """Eliminate the last unknowns of a symmetric cell matrix.
 
@@ -112,7 +113,7 @@ def eliminate_interior(matrix, residual, n_kept, factor, scaled):  # type: ignor
             residual[i] -= x * scaled[k - n_kept]
 
 
-@njit(cache=True, fastmath=FLAGS)
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-def]
     """Fill in the interior part of a Newton step.
 
@@ -126,7 +127,7 @@ def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-d
         step[k] = value
 
 
-@njit(parallel=True, cache=True, fastmath=FLAGS)
+@njit(parallel=True, cache=True, fastmath=FLAGS, error_model="numpy")
 def assemble_cells(  # type: ignore[no-untyped-def]
     unknowns,
     local_unknowns,
@@ -153,7 +154,8 @@ def assemble_cells(  # type: ignore[no-untyped-def]
 
     unknowns : (n,) all unknowns; local_unknowns : (n_cells, n_local) their numbers in each cell
     gradients : (n_cells, n_q, n_nodes, 3); weights : (n_cells, n_q) [mm^3]
-    pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of mu, alpha (.., n_terms) and kappa
+    pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of the material constants
+    mu, alpha : (n_laws, n_terms); kappa : (n_laws, 2), k0 and k1 [MPa]
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,) places among a cell's unknowns
     n_kept : how many of a cell's unknowns stay
     matrices : (n_cells, n_kept, n_kept), residuals : (n_cells, n_kept) out
@@ -190,7 +192,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             if not jacobian > 0.0:
                 continue
             total += weight * ogden_point(f, mu[law], alpha[law], stress, tangent, work)
-            bulk, share_kappa = kappa[law, 0], kappa[law, 1]
+            bulk, field_bulk = kappa[law, 0], kappa[law, 1]
             pressure = bulk * (1.0 - 1.0 / jacobian)
             total += weight * bulk * (jacobian - 1.0 - np.log(jacobian))
             slope = bulk / (jacobian * jacobian)
@@ -201,7 +203,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             for m in range(n_p):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
-            total += weight * field * (jacobian - 1.0 - 0.5 * field / share_kappa)
+            total += weight * field * (jacobian - 1.0 - 0.5 * field / field_bulk)
             pressure += field
             for i in range(3):
                 for j in range(3):
@@ -219,11 +221,11 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             for m in range(n_p):
                 row = pressure_slot[m]
                 share = weight * pressure_shapes[cell, q, m]
-                residual[row] += share * (jacobian - 1.0 - field / share_kappa)
+                residual[row] += share * (jacobian - 1.0 - field / field_bulk)
                 for r in range(3 * n_nodes):
                     matrix[row, displacement_slot[r]] += share * divergence[r]
                 for n in range(n_p):
-                    matrix[row, pressure_slot[n]] -= share * pressure_shapes[cell, q, n] / share_kappa
+                    matrix[row, pressure_slot[n]] -= share * pressure_shapes[cell, q, n] / field_bulk
         for m in range(n_p):
             for r in range(3 * n_nodes):
                 matrix[displacement_slot[r], pressure_slot[m]] = matrix[
@@ -252,7 +254,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
         magnitude[cell] = largest
 
 
-@njit(parallel=True, cache=True, fastmath=FLAGS)
+@njit(parallel=True, cache=True, fastmath=FLAGS, error_model="numpy")
 def recover_cells(step, local_unknowns, n_kept, factors, scaled):  # type: ignore[no-untyped-def]
     """Fill in a Newton step for the interior unknowns of all cells.
 
@@ -269,7 +271,7 @@ def recover_cells(step, local_unknowns, n_kept, factors, scaled):  # type: ignor
             step[local_unknowns[cell, i]] = local[i]
 
 
-@njit(parallel=True, cache=True, fastmath=FLAGS)
+@njit(parallel=True, cache=True, fastmath=FLAGS, error_model="numpy")
 def point_stresses(  # type: ignore[no-untyped-def]
     unknowns,
     local_unknowns,

@@ -2,8 +2,7 @@
 
 The wall is meshed as a strip that follows valley, flank and crest, with mitre lines at the corners; a lining
 of one layer runs along its inside through each slot. So every corner, sharp or filleted, sits between cells
-of good shape. Cells are biquadratic, with their mid-nodes on the curves, and grow away from the re-entrant
-edges, where the strain is singular.
+of good shape. Cells are biquadratic, with their mid-nodes on the curves.
 """
 
 from __future__ import annotations
@@ -23,9 +22,6 @@ IntArray = NDArray[np.int64]
 
 Curve = Callable[[FloatArray], FloatArray]
 """Parameters in [0, 1] to points (n, 2)."""
-
-GRADING = 2.0
-"""Exponent by which cells shrink towards re-entrant edges."""
 
 LINING = 1.0 / 3.0
 """Share of the slot's half width that the lining leaves to the inner rows."""
@@ -119,24 +115,12 @@ class _Patch:
         return _Patch(self.grid[:, ::-1] * [-1.0, 1.0], self.part, -self.side)
 
 
-def graded(n: int, towards: str = "") -> FloatArray:
+def line_nodes(n: int) -> FloatArray:
     """Parameters of the nodes of n quadratic cells on a line, (2 n + 1,) from 0 to 1.
 
     n : number of cells
-    towards : where cells shrink by the power `GRADING`: "start", "end", "both", or nowhere
     """
-    even = np.linspace(0.0, 1.0, n + 1)
-    if towards == "start":
-        ends = even**GRADING
-    elif towards == "end":
-        ends = 1.0 - (1.0 - even) ** GRADING
-    elif towards == "both":
-        ends = np.where(even < 0.5, 0.5 * (2 * even) ** GRADING, 1.0 - 0.5 * (2 - 2 * even) ** GRADING)
-    else:
-        ends = even
-    nodes = np.empty(2 * n + 1)
-    nodes[::2], nodes[1::2] = ends, 0.5 * (ends[:-1] + ends[1:])
-    return nodes
+    return np.linspace(0.0, 1.0, 2 * n + 1)
 
 
 def _line(start: FloatArray, end: FloatArray) -> Curve:
@@ -226,7 +210,7 @@ def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
     inside = wall_line(profile.valley_inside, inner, profile.fillet_chamber)
     outside = wall_line(profile.valley_outside, outer, profile.fillet_outside)
     along = _along_wall(n)
-    across = graded(n.wall, "both" if n.wall > 2 else "start")
+    across = line_nodes(n.wall)
     parts = ("valley", "flank", "crest", "flank", "valley")
     patches = [
         _Patch(_ruled(a, b, t, across), part, 1)
@@ -235,7 +219,7 @@ def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
     lining = _lining_corners(profile, z)
     linings = [_line(lining[k], lining[k + 1]) for k in range(3)]
     for curve, wall, t in zip(linings, inside[1:4], along[1:4], strict=True):
-        patches.append(_Patch(_ruled(curve, wall, t, graded(n.lining)), "chamber", 1))
+        patches.append(_Patch(_ruled(curve, wall, t, line_nodes(n.lining)), "chamber", 1))
     up = _ruled(linings[0], lambda t: linings[2](1.0 - np.asarray(t)), along[1], along[2])
     patches.append(_Patch(np.swapaxes(up, 0, 1), "chamber", 1))
     return patches + _core_patches(profile, n, inside, lining)
@@ -244,11 +228,11 @@ def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
 def _along_wall(n: Divisions) -> tuple[FloatArray, ...]:
     """Parameters along valley, flank, crest, flank, valley of one unit."""
     return (
-        graded(n.valley, "end"),
-        graded(n.flank, "both"),
-        graded(n.crest, "both"),
-        graded(n.flank, "both"),
-        graded(n.valley, "start"),
+        line_nodes(n.valley),
+        line_nodes(n.flank),
+        line_nodes(n.crest),
+        line_nodes(n.flank),
+        line_nodes(n.valley),
     )
 
 
@@ -268,10 +252,10 @@ def _core_patches(profile: Profile, n: Divisions, inside: list[Curve], lining: F
     mouth = [inside[1](np.zeros(1))[0], lining[0], lining[3], inside[4](np.zeros(1))[0]]
     rights = [inside[0], *(_line(a, b) for a, b in pairwise(mouth)), inside[4]]
     patches = []
-    along, lined = _along_wall(n), graded(n.lining)
+    along, lined = _along_wall(n), line_nodes(n.lining)
     for right, t in zip(rights, (along[0], lined, along[2], lined, along[4]), strict=True):
         left = _onto(right, profile.partition_face)
-        patches.append(_Patch(_ruled(left, right, t, graded(n.gap, "both")), "chamber", 1))
+        patches.append(_Patch(_ruled(left, right, t, line_nodes(n.gap)), "chamber", 1))
     return patches
 
 
@@ -285,24 +269,24 @@ def _end_patches(profile: Profile, n: Divisions) -> list[_Patch]:
     length = profile.bellows_length
     x = (profile.partition_face, profile.valley_inside, profile.valley_outside)
     patches = []
-    spans = ((-profile.cap, 0.0, "cap_base", "end"), (length, length + profile.cap, "cap_tip", "start"))
-    wall = graded(n.wall, "both" if n.wall > 2 else "start")
-    for low, high, part, towards in spans:
-        for left, right, s in ((x[0], x[1], graded(n.gap, "both")), (x[1], x[2], wall)):
-            edges = (_line(np.array([a, low]), np.array([a, high])) for a in (left, right))
-            patches.append(_Patch(_ruled(*edges, graded(n.cap, towards), s), part, 1))
+    spans = ((-profile.cap, 0.0, "cap_base"), (length, length + profile.cap, "cap_tip"))
+    wall = line_nodes(n.wall)
+    for low, high, part in spans:
+        for left, right, s in ((x[0], x[1], line_nodes(n.gap)), (x[1], x[2], wall)):
+            near, far = (_line(np.array([a, low]), np.array([a, high])) for a in (left, right))
+            patches.append(_Patch(_ruled(near, far, line_nodes(n.cap), s), part, 1))
     return patches
 
 
 def _partition_patches(profile: Profile, n: Divisions) -> list[_Patch]:
     """Both halves of the partition and of the caps over it; the rows are those of the chamber's core."""
     face, length = profile.partition_face, profile.bellows_length
-    edges = [(_heights(-profile.cap, 0.0, graded(n.cap, "end")), "cap_base")]
+    edges = [(_heights(-profile.cap, 0.0, line_nodes(n.cap)), "cap_base")]
     for unit in range(profile.units):
         for patch in _unit_patches(profile, n, unit * profile.pitch)[-5:]:
             edges.append((patch.grid[:, 0, 1], "partition"))
-    edges.append((_heights(length, length + profile.cap, graded(n.cap, "start")), "cap_tip"))
-    x = face * (2 * graded(n.partition, "both") - 1)
+    edges.append((_heights(length, length + profile.cap, line_nodes(n.cap)), "cap_tip"))
+    x = face * (2 * line_nodes(n.partition) - 1)
     return [
         _Patch(np.stack(np.broadcast_arrays(x[None, :], z[:, None]), axis=-1), part, 0) for z, part in edges
     ]

@@ -18,13 +18,21 @@ from tubefoot.fea.mesh import CellBlock, Mesh, jacobian_at
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+SLACK_STIFFNESS = 1.0
+"""Share of the bulk modulus, in shear moduli, that acts on J itself and not through the pressure field.
+
+Volume changes that a pressure space cannot see cost nothing in the isochoric energy, and at sharp re-entrant
+edges cells use them. This share makes them cost about what shear does; the exact solution stays the same,
+since the pressure field carries the rest of the bulk modulus.
+"""
+
 CHUNK = 1024
 """Cells assembled at a time: bounds the memory for cell matrices."""
 
 
 @dataclass(frozen=True)
 class OgdenLaw:
-    """W = sum 2 mu_i / alpha_i^2 (sum_k lbar_k^alpha_i - 3) + kappa / 2 (J - 1)^2.
+    """W = sum 2 mu_i / alpha_i^2 (sum_k lbar_k^alpha_i - 3) + U(J), U'' = kappa at J = 1.
 
     mu, alpha : (n_terms,) [MPa], [-]; kappa : bulk modulus [MPa]
     """
@@ -182,13 +190,14 @@ class Solid:
         mu, alpha = np.zeros((len(rows), n_terms)), np.ones((len(rows), n_terms))
         for row, law in enumerate(rows):
             mu[row, : len(law.mu)], alpha[row, : len(law.alpha)] = law.mu, law.alpha
-        import os
-        c=float(os.environ.get('STAB','1'))
-        kap=[]
-        for law in rows:
-            ks = law.kappa if self.pressure=='none' else min(c*sum(law.mu),0.5*law.kappa)
-            kap.append((ks, max(law.kappa-ks,1e-9)))
-        self.constants: tuple[Any, ...] = (mu, alpha, np.array(kap))
+        slack = [
+            law.kappa if self.pressure == "none" else min(SLACK_STIFFNESS * sum(law.mu), 0.5 * law.kappa)
+            for law in rows
+        ]
+        kappa = np.array(
+            [(share, max(law.kappa - share, 1e-9)) for share, law in zip(slack, rows, strict=True)]
+        )
+        self.constants: tuple[Any, ...] = (mu, alpha, kappa)
         self.material = self.block.region
 
     def _number_unknowns(self, first_own: int) -> None:

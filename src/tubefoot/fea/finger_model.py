@@ -1,0 +1,180 @@
+"""A design as a model: half finger, one material, two chambers, a drive, and where its path may end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from tubefoot.config import Settings
+from tubefoot.design.finger import FingerDesign
+from tubefoot.design.material import OgdenMaterial
+from tubefoot.errors import ConfigError
+from tubefoot.fea.cavity import Cavity
+from tubefoot.fea.drive import Control, Drive
+from tubefoot.fea.elements import PressureSpace
+from tubefoot.fea.equilibrium import Model
+from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
+from tubefoot.fea.measures import Centreline, SectionRotation
+from tubefoot.fea.mesh import Mesh
+from tubefoot.fea.path import Limit
+from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.units import ATMOSPHERE_MPA, DEG, KPA, ML
+
+HALF = 0.5
+"""The modelled share of the finger."""
+
+GOALS = (
+    "pressure_right_kpa",
+    "pressure_left_kpa",
+    "volume_change_right_ml",
+    "volume_change_left_ml",
+    "pumped_volume_ml",
+    "bend_deg",
+)
+
+
+class SolveSettings(Settings):
+    """How a finger is solved."""
+
+    until: Literal[
+        "pressure_right_kpa",
+        "pressure_left_kpa",
+        "volume_change_right_ml",
+        "volume_change_left_ml",
+        "pumped_volume_ml",
+        "bend_deg",
+    ] = "pressure_right_kpa"
+    """The quantity that the path goes to."""
+    target: Annotated[float, Field(ge=-1e4, le=1e4)] = 35.0
+    """Its value, in the unit that its name bears; a negative one reverses the pump."""
+    states: Annotated[int, Field(ge=1, le=400)] = 8
+    """Into how many states the way is cut, about."""
+    element_size_mm: Annotated[float, Field(ge=0.2, le=10.0)] = DEFAULT_ELEMENT_SIZE
+    pressure_space: PressureSpace = "linear"
+    """Pressure space of the 27-node hexahedra."""
+    cavities: Literal["coupled", "volume", "pressure"] = "coupled"
+    """coupled: what is pumped into the right chamber comes out of the left one; volume, pressure: both
+    chambers' volume changes or pressures are prescribed, the left one's as `left_over_right` of the right."""
+    left_over_right: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0
+    air_right_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
+    """Trapped-air column of the right pressure branch at zero gauge."""
+    air_left_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
+    fields: Literal["all", "last", "none"] = "all"
+    """Of which states stress fields are written."""
+
+    @model_validator(mode="after")
+    def _reachable(self) -> Self:
+        if self.target == 0.0:
+            raise ValueError(f"the target {self.until} = 0 is the state at rest; name another value")
+        if self.until.startswith("pressure") and self.target * KPA <= -ATMOSPHERE_MPA:
+            raise ValueError(
+                f"the target {self.until} = {self.target:g} kPa is at or below absolute vacuum "
+                f"({-ATMOSPHERE_MPA / KPA:.1f} kPa gauge)"
+            )
+        return self
+
+
+@dataclass
+class FingerModel:
+    """A finger ready to be solved, and what is read off it."""
+
+    design: FingerDesign
+    settings: SolveSettings
+    mesh: Mesh
+    solid: Solid
+    model: Model
+    tip: SectionRotation
+    centreline: Centreline
+
+    @property
+    def goal(self) -> Limit:
+        """Where the path goes."""
+        return Limit(goal_control(self.settings, self.tip), "goal reached")
+
+    @property
+    def limits(self) -> list[Limit]:
+        """Where the path may end before: absolute vacuum in either chamber."""
+        return [
+            Limit(
+                Control("pressure", -ATMOSPHERE_MPA, cavity=number),
+                f"absolute vacuum in the {hand} chamber (cavitation)",
+            )
+            for number, hand in enumerate(("right", "left"))
+        ]
+
+
+def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
+    """The model of a design.
+
+    design : the finger; settings : mesh size, drive, goal
+
+    Raises GeometryError when the mesh is not fit for a solve.
+    """
+    mesh = finger_mesh(design.profile, settings.element_size_mm)
+    solid = Solid(mesh, {"*": ogden_law(design.body)}, pressure=settings.pressure_space)
+    air = (settings.air_right_ml, settings.air_left_ml)
+    cavities = [
+        Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
+        for number, hand in enumerate(("right", "left"))
+    ]
+    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings))
+    profile = design.profile
+    return FingerModel(
+        design,
+        settings,
+        mesh,
+        solid,
+        model,
+        SectionRotation(mesh, mesh.facet_set("tip").points),
+        Centreline(mesh, profile.bellows_length, profile.pitch),
+    )
+
+
+def ogden_law(material: OgdenMaterial) -> OgdenLaw:
+    """The law of a body material, its scale applied.
+
+    material : moduli, exponents, bulk modulus
+    """
+    return OgdenLaw(
+        tuple(material.scale * mu for mu in material.mu_mpa), material.alpha, material.bulk_modulus_mpa
+    )
+
+
+def goal_control(settings: SolveSettings, tip: SectionRotation) -> Control:
+    """The control that lands on the wanted value.
+
+    settings : name the quantity and its value; tip : measures the bend angle
+    """
+    name, target = settings.until, settings.target
+    cavity = 1 if "left" in name else 0
+    if name.startswith("pressure"):
+        return Control("pressure", target * KPA, cavity)
+    if name.startswith("volume_change"):
+        return Control("volume_change", HALF * target * ML, cavity)
+    if name == "pumped_volume_ml":
+        if settings.cavities == "pressure":
+            raise ConfigError(
+                "until pumped_volume_ml needs a drive by volume; use --cavities coupled or volume"
+            )
+        return Control("parameter", HALF * target * ML)
+    return Control("measure", target * DEG, measure=tip)
+
+
+def _drive(settings: SolveSettings) -> Drive:
+    if settings.cavities == "coupled":
+        return Drive.pump()
+    kind = settings.cavities
+    return Drive((kind, kind), (1.0, settings.left_over_right))
+
+
+def largest_stretch(solid: Solid, unknowns: np.ndarray) -> np.ndarray:
+    """Largest principal stretch at the quadrature points, (n_cells, n_q).
+
+    solid : the cells; unknowns : displacements first [mm]
+    """
+    nodal = unknowns[3 * solid.block.nodes[:, :, None] + np.arange(3)]
+    gradient = np.einsum("cai,cqaj->cqij", nodal, solid.gradients, optimize=True) + np.eye(3)
+    return np.sqrt(np.linalg.eigvalsh(np.einsum("cqki,cqkj->cqij", gradient, gradient))[..., -1])

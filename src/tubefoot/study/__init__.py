@@ -1,0 +1,1 @@
+"""Studies over designs: the paper's comparisons and the judging of its claims."""

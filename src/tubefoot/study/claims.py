@@ -1,0 +1,222 @@
+"""The paper's claims, judged on computed runs: numbers, the rule they are held against, and the verdict.
+
+A claim that the numbers contradict is reported as refuted; the rules are fixed here and not per run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.records import read_table
+
+FloatArray = NDArray[np.float64]
+Verdict = Literal["holds", "refuted", "mixed", "not computed"]
+
+REFERENCE_KPA = 35.0
+"""Pressure of the right chamber at which the paper compares designs."""
+
+
+@dataclass(frozen=True)
+class Claim:
+    """One claim of the paper and what was found.
+
+    statement : the claim; rule : when it holds; numbers : what was computed; figure : file that shows it
+    """
+
+    id: str
+    statement: str
+    rule: str
+    verdict: Verdict
+    numbers: dict[str, float] = field(default_factory=dict)
+    figure: str = ""
+
+    def as_record(self) -> dict[str, Any]:
+        """The claim as it stands in claims.json."""
+        return asdict(self)
+
+
+class Curve:
+    """The curve of a solved finger, read from its run directory."""
+
+    def __init__(self, directory: Path | str):
+        """Read curve.csv, and units.csv where it exists.
+
+        directory : of a solve
+        """
+        self.directory = Path(directory)
+        self._rows = read_table(self.directory / "curve.csv")
+        units = self.directory / "units.csv"
+        self._units = read_table(units) if units.exists() else []
+
+    def column(self, name: str) -> FloatArray:
+        """One column, (n_states,).
+
+        name : header in curve.csv
+        """
+        return np.array([float(row[name]) for row in self._rows])
+
+    def up_to_reference(self, *names: str) -> tuple[FloatArray, ...]:
+        """Columns over 0 to 35 kPa in the right chamber.
+
+        names : headers in curve.csv
+        """
+        keep = self.column("pressure_right_kpa") <= REFERENCE_KPA + 1e-6
+        return tuple(self.column(name)[keep] for name in names)
+
+    def at_reference(self, name: str) -> float:
+        """A column's value at 35 kPa in the right chamber, NaN where the curve ends before.
+
+        name : header in curve.csv
+        """
+        pressure = self.column("pressure_right_kpa")
+        if pressure.max() < REFERENCE_KPA - 1e-3:
+            return float("nan")
+        return float(np.interp(REFERENCE_KPA, pressure, self.column(name)))
+
+    def unit_stress(self) -> FloatArray:
+        """99th-percentile von Mises stress of each unit at the last state, (n_units,) [kPa]."""
+        last = max(float(row["step"]) for row in self._units)
+        return np.array([float(r["von_mises_p99_kpa"]) for r in self._units if r["step"] == last])
+
+
+def line_fit(x: FloatArray, y: FloatArray) -> tuple[float, float, float]:
+    """Slope, R squared and largest deviation of the least-squares line.
+
+    x, y : (n,)
+    """
+    slope, intercept = np.polyfit(x, y, 1)
+    residual = y - (slope * x + intercept)
+    spread = ((y - y.mean()) ** 2).sum()
+    r_squared = 1.0 - (residual**2).sum() / spread if spread > 0 else float("nan")
+    return float(slope), float(r_squared), float(np.abs(residual).max())
+
+
+def judge_pitch(curves: Mapping[str, Curve]) -> Claim:
+    """C1: which pitch has the highest pressure-angle gain.
+
+    curves : pitch ("3/15", "3/12", "3/9") to its curve
+    """
+    gains = {pitch: line_fit(*curve.up_to_reference("pressure_right_kpa", "bend_deg"))[0]
+             for pitch, curve in curves.items()}  # fmt: skip
+    best = max(gains, key=lambda pitch: gains[pitch])
+    return Claim(
+        "C1",
+        "Among tan(alpha) = 3/15, 3/12, 3/9 the 3/15 finger has the highest pressure-angle gain",
+        "the least-squares slope of bend angle over P_right, 0 to 35 kPa, is largest for 3/15",
+        "holds" if best == "3/15" else "refuted",
+        {f"gain_{pitch}_deg_per_kpa": gain for pitch, gain in gains.items()},
+        "pressure-angle",
+    )
+
+
+def judge_length(three: Curve, six: Curve) -> Claim:
+    """C4: six units against three.
+
+    three, six : curves of the reference fingers
+    """
+    angles = {3: three.at_reference("bend_deg"), 6: six.at_reference("bend_deg")}
+    per_unit = {n: angle / n for n, angle in angles.items()}
+    variation = {}
+    for n, curve in ((3, three), (6, six)):
+        stress = curve.unit_stress()
+        variation[n] = float(stress.std() / stress.mean())
+    more = angles[6] > angles[3]
+    comparable = abs(per_unit[6] / per_unit[3] - 1.0) <= 0.15
+    uniform = variation[6] < variation[3]
+    parts = [more, comparable, uniform]
+    verdict: Verdict = "holds" if all(parts) else "mixed" if any(parts) else "refuted"
+    return Claim(
+        "C4",
+        "Six units bend more than three at the same pressure, are comparable per unit length, and have "
+        "more uniform stress",
+        "at 35 kPa: larger angle; angle per unit within 15 %; smaller coefficient of variation of the "
+        "99th-percentile von Mises stress between units",
+        verdict,
+        {
+            "bend_3_units_deg": angles[3],
+            "bend_6_units_deg": angles[6],
+            "bend_per_unit_3_deg": per_unit[3],
+            "bend_per_unit_6_deg": per_unit[6],
+            "stress_variation_3": variation[3],
+            "stress_variation_6": variation[6],
+        },
+        "pressure-angle",
+    )
+
+
+def judge_inverse_pressures(curves: Mapping[str, Curve]) -> Claim:
+    """C5: the two chambers' pressures move against each other.
+
+    curves : name to curve
+    """
+    numbers, inverse = {}, []
+    for name, curve in curves.items():
+        right, left = curve.up_to_reference("pressure_right_kpa", "pressure_left_kpa")
+        slope, r_squared, _ = line_fit(right, left)
+        numbers |= {f"slope_{name}": slope, f"r_squared_{name}": r_squared}
+        inverse.append(bool((np.diff(left) < 0).all() and (np.diff(right) > 0).all()))
+    return Claim(
+        "C5",
+        "The two chambers show an inverse pressure relation during cyclic actuation",
+        "P_left falls whenever P_right rises, at every state up to 35 kPa",
+        "holds" if all(inverse) else "mixed" if any(inverse) else "refuted",
+        numbers,
+        "pressure-pressure",
+    )
+
+
+def judge_linearity(curves: Mapping[str, Curve]) -> Claim:
+    """C6: the bend angle is linear in the right pressure.
+
+    curves : name to curve
+    """
+    numbers, linear = {}, []
+    for name, curve in curves.items():
+        pressure, bend = curve.up_to_reference("pressure_right_kpa", "bend_deg")
+        slope, r_squared, deviation = line_fit(pressure, bend)
+        numbers |= {
+            f"slope_{name}_deg_per_kpa": slope,
+            f"r_squared_{name}": r_squared,
+            f"largest_deviation_{name}_deg": deviation,
+        }
+        linear.append(r_squared >= 0.99)
+    return Claim(
+        "C6",
+        "The bend angle is linear in P_right",
+        "R squared of the least-squares line over 0 to 35 kPa is at least 0.99",
+        "holds" if all(linear) else "mixed" if any(linear) else "refuted",
+        numbers,
+        "pressure-angle",
+    )
+
+
+def judge_reversal(forward: Curve, backward: Curve) -> Claim:
+    """C10: reversing the pump bends the other way.
+
+    forward, backward : the same finger, pumped to the right and to the left by the same path
+    """
+    pairs = (("bend_deg", "bend_deg", -1), ("pressure_right_kpa", "pressure_left_kpa", 1))
+    numbers = {}
+    for name, mirrored, sign in pairs:
+        a, b = forward.column(name), sign * backward.column(mirrored)
+        n = min(len(a), len(b))
+        numbers[f"largest_difference_{name}"] = float(np.abs(a[:n] - b[:n]).max())
+        numbers[f"range_{name}"] = float(np.ptp(a[:n]))
+    opposite = backward.column("bend_deg")[-1] < 0 < forward.column("bend_deg")[-1]
+    same = all(
+        numbers[f"largest_difference_{name}"] <= 1e-6 * numbers[f"range_{name}"] for name, _, _ in pairs
+    )
+    return Claim(
+        "C10",
+        "Reversing the pump bends the other way, without valves",
+        "pumping the other way turns the bend angle's sign and mirrors every state within 1e-6 of the range",
+        "holds" if opposite and same else "refuted",
+        numbers,
+        "volume-angle",
+    )
