@@ -159,7 +159,7 @@ class Solid:
         inverse = np.linalg.inv(matrices)
         reference = kind.shape_gradient(kind.quadrature_points)
         self.gradients = np.ascontiguousarray(np.einsum("qaj,cqji->cqai", reference, inverse, optimize=True))
-        self.weights = determinants * kind.quadrature_weights
+        self.weights = np.ascontiguousarray(determinants * kind.quadrature_weights)
         self.points = np.einsum("qa,cai->cqi", kind.shape(kind.quadrature_points), mesh.points[block.nodes])
         self.pressure_shapes = self._pressure_shapes()
 
@@ -171,7 +171,7 @@ class Solid:
             return np.ones((n_cells, n_q, 1))
         if self.pressure == "continuous":
             shape = self.kind.corner_shape(self.kind.quadrature_points)
-            return np.ascontiguousarray(np.broadcast_to(shape, (n_cells, *shape.shape)))
+            return np.broadcast_to(shape, (n_cells, *shape.shape)).copy()
         # Linear in space (not in the reference cell): optimal also on distorted cells,
         # Boffi and Gastaldi, Math. Models Methods Appl. Sci. 12, 2002.
         volume = self.weights.sum(axis=1)
