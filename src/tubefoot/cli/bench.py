@@ -38,6 +38,18 @@ def rig_settings(rig_file: Path | None, port: str | None) -> RigSettings:
     return settings.model_copy(update={"board": settings.board.model_copy(update={"port": port})})
 
 
+def recording_path(directory: Path) -> Path:
+    """A name for a recording that is not taken: `bench.mcap`, `bench-2.mcap`, ...
+
+    directory : of the run
+    """
+    path, number = directory / "bench.mcap", 1
+    while path.exists():
+        number += 1
+        path = directory / f"bench-{number}.mcap"
+    return path
+
+
 @contextmanager
 def open_bench(
     settings: RigSettings, sim: bool, recording: Path | None = None, seed: int = 0, real_time: bool = False

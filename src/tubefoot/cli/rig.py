@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import App, Parameter
 
-from tubefoot.cli.bench import Bench, open_bench, rig_settings
+from tubefoot.cli.bench import Bench, open_bench, recording_path, rig_settings
 
 if TYPE_CHECKING:
     from tubefoot.lab.settings import RigSettings
@@ -89,7 +89,7 @@ def calibrate(
 
     settings = rig_settings(rig_file, port)
     run = _run(out, f"rig calibrate {what}", settings, sim, seed)
-    with open_bench(settings, sim, run.path("bench.mcap"), seed) as bench:
+    with open_bench(settings, sim, recording_path(run.directory), seed) as bench:
         rows, calibrated = rig_calibrations.CALIBRATIONS[what](bench, settings, _say)
     write_table(run.path(f"{what}.csv"), rows)
     write_whole(run.path("rig.toml"), tomli_w.dumps(calibrated.model_dump(mode="json")))
@@ -123,7 +123,7 @@ def pulse(
     _demand_within(duty, settings.limits.duty_max, "duty", "", "limits.duty_max")
     _demand_within(duration_s, settings.limits.pulse_max_s, "duration", " s", "limits.pulse_max_s")
     run = _run(out, "rig pulse", settings, sim, seed, duty=duty, duration_s=duration_s, direction=direction)
-    with open_bench(settings, sim, run.path("bench.mcap"), seed) as bench:
+    with open_bench(settings, sim, recording_path(run.directory), seed) as bench:
         rig = bench.rig
         measure_neutral(rig)
         sent = rig.pulse(1 if direction == "forward" else -1, duty, duration_s)
@@ -188,7 +188,7 @@ def record(
     settings = rig_settings(rig_file, port)
     program = load_program(pulses) if pulses else []
     run = _run(out, "rig record", settings, sim, seed, seconds=seconds, pulses=pulses)
-    recording = run.path("bench.mcap")
+    recording = recording_path(run.directory)
     try:
         with open_bench(settings, sim, recording, seed) as bench:
             measure_neutral(bench.rig)

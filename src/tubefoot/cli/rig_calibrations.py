@@ -65,8 +65,8 @@ def pump(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSettin
         flows[name], scatter = calibration.fit_flow(own)
         flow = flows[name]
         say(
-            f"{name}: {flow.flow_ml_per_s:.3f} +- {flow.flow_sigma_ml_per_s:.3f} mL/s at full duty, dead below "
-            f"{flow.dead_duty:.3f} +- {flow.dead_duty_sigma:.3f}, lag {flow.lag_s * 1e3:.1f} +- "
+            f"{name}: {flow.flow_ml_per_s:.3f} +- {flow.flow_sigma_ml_per_s:.3f} mL/s at full duty, "
+            f"dead below {flow.dead_duty:.3f} +- {flow.dead_duty_sigma:.3f}, lag {flow.lag_s * 1e3:.1f} +- "
             f"{flow.lag_sigma_s * 1e3:.1f} ms, scatter {scatter:.4f} mL a pulse"
         )
     return rows, settings.model_copy(update={"pump": PumpSettings(**flows)})

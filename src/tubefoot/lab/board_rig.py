@@ -186,33 +186,34 @@ class BoardRig:
             )
 
     def _send_limits(self) -> None:
-        """Set the board's limits and check them by their echo."""
-        wanted, counts = self.settings.limits, []
-        channels = self.settings.board.channels
+        """Set the board's limits and wait until their echo says the same."""
+        wanted, channels = self.settings.limits, self.settings.board.channels
         pump = messages.LimitPump(
             max_duty=max(1, int(wanted.duty_max * 255 + 1e-9)),
             max_pulse_ms=round(wanted.pulse_max_s * 1e3),
             silence_ms=wanted.silence_ms,
             channels=channels,
         )
+        sensors = [self.settings.sensor(branch) for branch in BRANCHES[:channels]]
+        low = tuple(counts_at(self.limits.pressure_low, sensor) for sensor in sensors)
+        high = tuple(counts_at(self.limits.pressure_high, sensor) for sensor in sensors)
         self._obey(pump)
-        for channel, branch in enumerate(BRANCHES[:channels]):
-            sensor = self.settings.sensor(branch)
-            low = counts_at(self.limits.pressure_low, sensor)
-            high = counts_at(self.limits.pressure_high, sensor)
-            self._limits_in_force = None
-            self._obey(messages.LimitPressure(channel, low, high))
-            counts.append((low, high))
+        for channel in range(channels):
+            self._obey(messages.LimitPressure(channel, low[channel], high[channel]))
+        expected = (pump.max_duty, pump.max_pulse_ms, pump.silence_ms, channels, low, high)
         deadline = self.clock.now() + STALE_S
-        while self._limits_in_force is None and self.clock.now() < deadline:
+        while (echo := self._echoed_limits(channels)) != expected:
+            if self.clock.now() >= deadline:
+                raise LinkError(f"the board says its limits are {echo}, not {expected}; flash it anew")
             self._service(0.01)
+
+    def _echoed_limits(self, channels: int) -> tuple[object, ...] | None:
+        """The limits that the board said are in force, of the inputs in use."""
         echo = self._limits_in_force
         if echo is None:
-            raise LinkError("the board did not tell its limits; connect again")
-        told = (echo.max_duty, echo.max_pulse_ms, echo.silence_ms, echo.channels)
-        echoed = list(zip(echo.low_counts, echo.high_counts, strict=True))[:channels]
-        if told != (pump.max_duty, pump.max_pulse_ms, pump.silence_ms, pump.channels) or echoed != counts:
-            raise LinkError(f"the board's limits {echo} are not those that were sent; flash it anew")
+            return None
+        low, high = echo.low_counts[:channels], echo.high_counts[:channels]
+        return (echo.max_duty, echo.max_pulse_ms, echo.silence_ms, echo.channels, low, high)
 
     # ---- what comes in -------------------------------------------------------------------------------------
 

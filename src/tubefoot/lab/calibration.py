@@ -147,6 +147,7 @@ def measure_pump(
         for duty in duties:
             for duration in durations:
                 ran = [_whole_pulse(rig, direction, duty, duration) for _ in range(PULSES)]
+                rig.set_neutral(neutral_of(rig.wait(REST_S)))  # vented: nothing has gone into a finger
                 volume = operator.pumped_ml(direction) / PULSES
                 way = "forward" if direction == FORWARD else "reverse"
                 say(f"{way}, duty {duty:g}, {duration:g} s: {volume:.3f} mL a pulse")
@@ -162,7 +163,8 @@ def measure_pump(
 def fit_flow(rows: Sequence[Mapping[str, Any]]) -> tuple[FlowSettings, float]:
     """The pump's law in one direction by least squares, and the scatter of a pulse about it [mL].
 
-    rows : of one direction, from `measure_pump`; those in the dead zone (below 2 % of the largest) are left out
+    rows : of one direction, from `measure_pump`; those in the dead zone (below 2 % of the largest) are
+        left out
     """
     largest = max((row["volume_ml"] for row in rows), default=0.0)
     used = [row for row in rows if row["volume_ml"] > 0.02 * largest]

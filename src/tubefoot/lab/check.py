@@ -52,13 +52,14 @@ def check_rig(rig: BoardRig, pump: bool, say: Callable[[str], None]) -> list[Che
     scatter = [value / KPA for value in neutral.scatter]
     rate = rig.settings.board.sample_rate_hz
     checks = [
-        Check("protocol", str(protocol), str(PROTOCOL_VERSION), protocol == PROTOCOL_VERSION, "flash the board"),
+        Check("protocol", f"{protocol}", f"{PROTOCOL_VERSION}", protocol == PROTOCOL_VERSION, "flash it"),
         Check(
-            "round trip", f"{np.median(trips):.1f} ms, worst {max(trips):.1f} ms", "below 50 ms",
-            max(trips) < 50, "a hub or a busy computer; connect the board directly",
+            "round trip", f"{np.median(trips):.1f} ms, worst {max(trips):.1f} ms",
+            "below 50 ms", max(trips) < 50, "a hub or a busy computer; connect the board directly",
         ),
         Check(
-            "samples", f"{neutral.samples} in 1 s, {rig.lost_samples - lost} lost", f"{rate} +- 5 %, none lost",
+            "samples", f"{neutral.samples} in 1 s, {rig.lost_samples - lost} lost",
+            f"{rate} +- 5 %, none lost",
             abs(neutral.samples - rate) <= 0.05 * rate and rig.lost_samples == lost, "as above",
         ),
         Check(

@@ -58,8 +58,7 @@ def play(rig: Rig, program: Sequence[PlannedPulse], say: Callable[[str], None]) 
     for number, planned in enumerate(program, start=1):
         rig.wait(start + planned.time - rig.clock.now())
         sent = rig.pulse(planned.direction, planned.duty, planned.duration)
-        say(
-            f"pulse {number} of {len(program)}: {sent.direction:+d}, duty {sent.duty:.2f}, {sent.duration:.3f} s"
-        )
+        way = "forward" if sent.direction > 0 else "reverse"
+        say(f"pulse {number}/{len(program)}: {way}, duty {sent.duty:.2f}, {sent.duration:.3f} s")
     if program:
         rig.wait(program[-1].duration + REST_S)
