@@ -33,6 +33,10 @@ MALFORMED = {
     "compressible body": ("[body]\nbulk_modulus_mpa = 1.0", ["bulk modulus 1 MPa", "raise bulk_modulus_mpa"]),
     "incompressible tubes": ("[rigid]\npoisson_ratio = 0.5", ["`rigid.poisson_ratio` = 0.5", "0 to 0.495"]),
     "marker on unit zero": ("[marker_seats]\nunits = [0]", ["`marker_seats.units.0` = 0"]),
+    "hose without a wall": (
+        "[ports]\nhose_bore_mm = 6.0\nhose_outer_mm = 5.0",
+        ["`ports`", "hose_outer_mm = 5 leaves no wall around hose_bore_mm = 6", "raise hose_outer_mm"],
+    ),
     "two keys alike": ("[bellows]\nunits = 3\nunits = 4", ["not valid TOML"]),
 }
 

@@ -12,6 +12,7 @@ from tubefoot.design.layout import lip_of, marker_plate_of, tube_axis
 from tubefoot.design.outline import silhouette
 from tubefoot.design.parts import finger_parts, laid_meshes
 from tubefoot.design.profile import chamber_rest_volume
+from tubefoot.errors import GeometryError
 
 
 @pytest.fixture(scope="module")
@@ -173,6 +174,12 @@ def test_bill_adds_up(reference, parts):
     bore = pi * 1.0**2 * 2 * (4.0 + 8.0) / 1000
     assert bill.totals["fluid_volume_in_tubes_per_chamber_ml"] == pytest.approx(bore)
     assert bill.totals["assembly_z_mm"] == pytest.approx(29.0 + 16.0)
+
+
+def test_a_pin_that_the_compensation_eats_is_refused_by_name(reference):
+    design = FingerDesign.model_validate({"registration": {"pin_diameter_mm": 0.2}})
+    with pytest.raises(GeometryError, match=r"a feature is -0\.05 mm thin"):
+        solids.module_body(design, "back", growth=0.15)
 
 
 def test_a_plain_finger_without_pins_lip_and_seats_is_two_halves():

@@ -50,8 +50,9 @@ def box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) 
 
     x, y, z : lower and upper bound
     """
-    corner = b3d.Plane((x[0], y[0], z[0]))
-    return b3d.Solid.make_box(x[1] - x[0], y[1] - y[0], z[1] - z[0], corner)
+    size = (x[1] - x[0], y[1] - y[0], z[1] - z[0])
+    _require_material(min(size))
+    return b3d.Solid.make_box(*size, b3d.Plane((x[0], y[0], z[0])))
 
 
 def cylinder(
@@ -64,6 +65,7 @@ def cylinder(
     radius : its radius
     length : along the axis
     """
+    _require_material(min(radius, length))
     return b3d.Solid.make_cylinder(radius, length, b3d.Plane(foot, z_dir=axis))
 
 
@@ -200,6 +202,14 @@ def _shape(node: Node) -> Any:
     shape.label = node.name
     shape.color = b3d.Color(*node.colour)
     return shape
+
+
+def _require_material(size: float) -> None:
+    if size <= 0:
+        raise GeometryError(
+            f"a feature is {size:.3g} mm thin, so nothing is left of it; thicken what `tubefoot check` "
+            "names, or export without --compensate-growth"
+        )
 
 
 def _at(point: Any, y: float) -> Any:

@@ -30,13 +30,15 @@ def plumbing_rules(design: FingerDesign) -> list[Rule]:
 
     design : the finger
     """
+    return [*_hose_rules(design), *_connector_rules(design)]
+
+
+def _hose_rules(design: FingerDesign) -> list[Rule]:
     ports, profile = design.ports, design.profile
     axis = tube_axis(profile, ports)
     stretch = ports.outer_diameter_mm / ports.hose_bore_mm - 1
     bottom = (axis, -profile.cap - ports.length_mm / 2)
-    top = (axis, profile.bellows_length + profile.cap + ports.length_mm / 2)
     free = ports.length_mm - design.base.plate_mm
-    engaged = ports.connector_length_mm - ports.plug_length_mm
     need = MIN_ENGAGEMENT * ports.outer_diameter_mm
     fit = "change ports.outer_diameter_mm or ports.hose_bore_mm"
     tube_hole = ports.outer_diameter_mm / 2 + design.base.tube_clearance_mm
@@ -70,6 +72,22 @@ def plumbing_rules(design: FingerDesign) -> list[Rule]:
             bottom,
         ),
         at_least(
+            "base between its tube holes",
+            web,
+            design.printing.min_wall_mm,
+            "raise ports.axis_mm or reduce base.tube_clearance_mm",
+            (0.0, bottom[1]),
+        ),
+    ]
+
+
+def _connector_rules(design: FingerDesign) -> list[Rule]:
+    ports, profile = design.ports, design.profile
+    top = (tube_axis(profile, ports), profile.bellows_length + profile.cap + ports.length_mm / 2)
+    engaged = ports.connector_length_mm - ports.plug_length_mm
+    need = MIN_ENGAGEMENT * ports.outer_diameter_mm
+    return [
+        at_least(
             "connector on a top tube",
             min(engaged, ports.length_mm),
             need,
@@ -86,13 +104,6 @@ def plumbing_rules(design: FingerDesign) -> list[Rule]:
             place=top,
         ),
         at_least("plug in its connector", ports.plug_length_mm, need, "raise ports.plug_length_mm", top),
-        at_least(
-            "base between its tube holes",
-            web,
-            design.printing.min_wall_mm,
-            "raise ports.axis_mm or reduce base.tube_clearance_mm",
-            (0.0, bottom[1]),
-        ),
     ]
 
 

@@ -5,9 +5,9 @@ Every section has defaults, so that a design file needs none of them.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from tubefoot.config import Settings
 
@@ -36,6 +36,15 @@ class Ports(Settings):
     """Shank of a plug; its diameter is that of the tubes."""
     plug_head_mm: Annotated[float, Field(ge=0.5, le=20.0)] = 2.0
     """Height of a plug's head."""
+
+    @model_validator(mode="after")
+    def _hose_has_a_wall(self) -> Self:
+        if self.hose_outer_mm <= self.hose_bore_mm:
+            raise ValueError(
+                f"hose_outer_mm = {self.hose_outer_mm:g} leaves no wall around hose_bore_mm = "
+                f"{self.hose_bore_mm:g}; raise hose_outer_mm"
+            )
+        return self
 
 
 class Base(Settings):
