@@ -1,4 +1,4 @@
-"""Structured meshes of mapped unit cubes, for tests of the FE core: every cell kind, facets named by place."""
+"""Structured meshes of mapped unit cubes, of every cell kind, with facets named by place."""
 
 from __future__ import annotations
 

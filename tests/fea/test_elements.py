@@ -56,7 +56,7 @@ def test_shape_functions_and_slopes_are_those_of_vtk(name):
         if hasattr(cell, "InterpolateDerivs"):
             cell.InterpolateDerivs(to_vtk(name, point[None])[0], slopes)
             scale = 0.5 if is_box(name) else 1.0
-            assert slope.T == pytest.approx(scale * np.reshape(slopes, (dim, n)), abs=1e-12)
+            assert pytest.approx(scale * np.reshape(slopes, (dim, n)), abs=1e-12) == slope.T
 
 
 @pytest.mark.parametrize("name", SOLIDS)
