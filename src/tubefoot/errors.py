@@ -29,6 +29,7 @@ class GeometryError(TubefootError):
 class ConvergenceError(TubefootError):
     """A solve that ended before its goal.
 
+    message : what was reached, what was not, and why
     history : what the solver tried, one entry a trial step
     last_state : the last converged state, or None where there was none
     """
@@ -48,7 +49,10 @@ class LinkError(TubefootError):
 
 
 class SafetyStop(TubefootError):
-    """The bench stopped for safety; `code` is the fault code that the board latched."""
+    """The bench stopped for safety.
+
+    message : what was measured and the limit it broke; code : the fault code that the board latched
+    """
 
     exit_code = 5
 
