@@ -61,9 +61,12 @@ class WireTap:
 
         def answer() -> messages.Ack | None:
             for frame in self.frames[first:]:
-                if frame.sequence == sequence and isinstance(frame.message, messages.Ack):
-                    if frame.message.command == message.ID:
-                        return frame.message
+                found = frame.message
+                if isinstance(found, messages.Ack) and (frame.sequence, found.command) == (
+                    sequence,
+                    message.ID,
+                ):
+                    return found
             return None
 
         self.run(0.03, until=lambda: answer() is not None)

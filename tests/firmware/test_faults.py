@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from itertools import pairwise
 
 import pytest
 
@@ -256,7 +257,7 @@ def test_samples_are_means_of_1_khz_readings_with_board_time(wire):
     wire.obey(messages.Stream(5))
     wire.run(0.2)
     samples = [frame.message for frame in wire.frames if isinstance(frame.message, messages.Sample)]
-    assert {b.time_ms - a.time_ms for a, b in zip(samples, samples[1:], strict=False)} == {5}
+    assert {b.time_ms - a.time_ms for a, b in pairwise(samples)} == {5}
     assert {sample.averaged for sample in samples} == {5}
     volts = [reading / 64 / 1024 * 5 for reading in samples[-1].pressure]
     assert volts == pytest.approx([3.0, 2.0, 0.0, 0.0], abs=0.01)  # two counts

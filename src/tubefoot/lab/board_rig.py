@@ -54,6 +54,7 @@ class BoardRig:
         self._running_sequence: int | None = None
         self._readings: deque[Reading] = deque(maxlen=KEPT_READINGS)
         self._newest: Reading | None = None
+        self._heard = 0.0
         self._sample_sequence: int | None = None
         self._limits_in_force: messages.Limits | None = None
         self._faults = Fault(0)
@@ -88,7 +89,7 @@ class BoardRig:
         """The newest reading; waits for a first one, raises LinkError when the newest is older than 0.5 s."""
         self._service(0.0)
         deadline = self.clock.now() + STALE_S
-        while self._newest is None or self.clock.now() - self._newest.time > STALE_S:
+        while self._newest is None or self.clock.now() - self._heard > STALE_S:
             if self.clock.now() >= deadline:
                 raise LinkError(
                     f"{self.link.port.name}: no sample for {STALE_S:g} s; check the cable, connect again"
@@ -263,7 +264,7 @@ class BoardRig:
             pumped_volume=self._volume + self._running_volume(sample),
             faults=self._faults,
         )
-        reading = self._newest
+        reading, self._heard = self._newest, time
         self._readings.append(reading)
         self._record(lambda recorder: recorder.sample(reading, sample))
 
