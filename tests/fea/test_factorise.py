@@ -125,7 +125,7 @@ def test_both_factorisations_lead_to_the_same_equilibrium(octant):
 
 
 def test_inertia_of_a_stable_tangent_is_the_number_of_pressure_unknowns(octant):
-    """Taylor-Hood's saddle point: as many negative eigenvalues as pressures; none when they are eliminated."""
+    """A saddle point has as many negative eigenvalues as pressures, and none when they are eliminated."""
     for space, expected in (("linear", 0), ("continuous", None)):
         model = inflating(octant, space)
         model.evaluate(model.rest())

@@ -23,7 +23,7 @@ def cell_volumes(mesh):
 
 
 def solid_volume(p: Profile) -> float:
-    """Half of the finger's body, y >= 0, without fillets: outline times height, less half of both chambers."""
+    """Half of the finger's body, y >= 0, without fillets: outline times height, less both half chambers."""
     unit = 2 * (p.pitch * p.valley_outside + (p.crest_outside - p.valley_outside) * (p.crest_flat + p.rise))
     outline = p.units * unit + 2 * p.cap * 2 * p.valley_outside
     return outline * p.height / 2 - chamber_rest_volume(p)

@@ -103,7 +103,7 @@ def test_rigid_motion_stores_no_energy_and_leaves_a_deformed_state_as_it_is(kind
 
 @pytest.mark.parametrize(("kind", "pressure"), ELEMENTS)
 def test_patch_of_distorted_cells_carries_an_affine_field_exactly(kind, pressure):
-    mesh, solid, size = solid_of(kind, pressure, (2, 2, 2), 0.04)
+    mesh, solid, _ = solid_of(kind, pressure, (2, 2, 2), 0.04)
     gradient = np.array([[0.2, 0.15, -0.1], [0.05, -0.1, 0.08], [-0.04, 0.1, -0.06]])
     affine = (mesh.points @ gradient.T).ravel()
     held = np.unique(outer_faces(mesh.blocks[0]))
