@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 # This needs Python 3.11 or later; a requirement that is already met installs nothing.
 
-.PHONY: setup demo test test-all check bench docs clean
+.PHONY: firmware setup demo test test-all check bench docs clean
 
 setup: $(STAMP)
 
@@ -16,10 +16,10 @@ $(STAMP): pyproject.toml constraints.txt scripts/setup.sh scripts/debian-package
 demo: setup
 	$(BIN)/tubefoot demo --out out/demo
 
-test: setup check
+test: setup check firmware
 	$(BIN)/pytest -m "not slow and not hardware"
 
-test-all: setup check
+test-all: setup check firmware
 	$(BIN)/pytest -m "not hardware"
 
 check: setup
@@ -28,8 +28,11 @@ check: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: setup
+bench: setup firmware
 	$(BIN)/python -m benchmarks
 
+firmware: setup
+	@$(MAKE) --no-print-directory -s -C firmware
+
 clean:
-	rm -rf build out dist $(VENV)
+	rm -rf build out dist firmware/build $(VENV)

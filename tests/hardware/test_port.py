@@ -20,7 +20,7 @@ from tubefoot.lab.settings import RigSettings
 
 @pytest.mark.hardware
 def test_the_contract_holds_on_a_real_board(request):
-    port = request.config.getoption("--port")
+    port = request.config.getoption("--port", default=None)
     if port is None:
         pytest.skip("name the board with --port /dev/ttyACM0")
     run_contract(BoardRig(SerialPort(port), RigSettings()))
