@@ -47,6 +47,20 @@ app.command(
 )
 
 
+app.command(
+    "tubefoot.cli.report:report",
+    name="report",
+    help="One self-contained HTML report about runs, side by side.\n\n"
+    "Example: `tubefoot report out/reference-3 out/reference-6 --out out/report`",
+)
+app.command(
+    "tubefoot.cli.demo:demo",
+    name="demo",
+    help="Solve the reference fingers, judge the paper's claims, write one report.\n\n"
+    "Example: `tubefoot demo --quick --out out/demo-quick`",
+)
+
+
 def main() -> None:
     """Run the command line; a foreseen error prints its message and sets the exit code."""
     try:
