@@ -106,6 +106,19 @@ def test_every_stl_is_closed_by_other_readers(parts, exported):
         assert mesh.bounds[0][2] >= -1e-6
 
 
+def test_only_stale_files_of_our_own_are_removed(parts, tmp_path):
+    from tubefoot.design.mesh_files import remove_stale_stl, write_stl
+
+    kept = write_stl(tmp_path / "kept.stl", parts["plug"].mesh, "plug")
+    stale = write_stl(tmp_path / "stale.stl", parts["plug"].mesh, "plug")
+    foreign = tmp_path / "foreign.stl"
+    foreign.write_bytes(b"solid by someone else")
+    remove_stale_stl(tmp_path, [kept])
+    assert kept.exists()
+    assert foreign.exists()
+    assert not stale.exists()
+
+
 def test_3mf_has_names_materials_colours_and_places(parts, directory):
     with zipfile.ZipFile(directory / "finger.3mf") as package:
         root = ElementTree.fromstring(package.read("3D/3dmodel.model"))

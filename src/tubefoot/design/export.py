@@ -13,7 +13,7 @@ from tubefoot.design.drawing import write_drawing
 from tubefoot.design.instructions import write_instructions
 from tubefoot.design.layout import gripper_base_of
 from tubefoot.design.measure import Measured, unseen_share, wall_thicknesses
-from tubefoot.design.mesh_files import write_3mf, write_stl
+from tubefoot.design.mesh_files import remove_stale_stl, write_3mf, write_stl
 from tubefoot.design.parts import Part, finger_parts, laid_meshes
 from tubefoot.design.profile import chamber_rest_volume
 from tubefoot.design.scenes import scenes
@@ -64,6 +64,7 @@ def export_finger(
     files = [
         write_stl(directory / "stl" / f"{part.file_stem}.stl", laid[part.name], part.name) for part in parts
     ]
+    remove_stale_stl(directory / "stl", files)
     files.append(write_3mf(directory / "finger.3mf", design.name, parts))
     body = solids.whole_body(design)
     files += _step_files(design, directory, parts, body)

@@ -11,6 +11,7 @@ from tubefoot.design.parts import Part
 from tubefoot.design.surface import TriangleMesh
 from tubefoot.records import write_whole
 
+STL_MARK = "Tubefoot"
 STL_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
@@ -24,8 +25,20 @@ def write_stl(path: Path, mesh: TriangleMesh, name: str) -> Path:
     facets = np.zeros(len(mesh.triangles), dtype=STL_FACET)
     facets["normal"] = mesh.normals
     facets["corners"] = mesh.corners
-    header = f"Tubefoot {name}, mm".encode("ascii", "replace")[:80].ljust(80)
+    header = f"{STL_MARK} {name}, mm".encode("ascii", "replace")[:80].ljust(80)
     return write_whole(path, header + np.uint32(len(facets)).tobytes() + facets.tobytes())
+
+
+def remove_stale_stl(directory: Path, current: list[Path]) -> None:
+    """Remove STL files of an earlier export, so that no part of another design is printed by mistake.
+
+    directory : where the STL files are; files that Tubefoot did not write stay
+    current : files of this export
+    """
+    for path in set(directory.glob("*.stl")) - set(current):
+        with path.open("rb") as file:
+            if file.read(len(STL_MARK)) == STL_MARK.encode():
+                path.unlink()
 
 
 def write_3mf(path: Path, title: str, parts: list[Part]) -> Path:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
@@ -33,7 +33,6 @@ BOND_FACE_UP = {
     "back": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
 }
 """Rotations that turn a module's bonding face upwards, so that its chambers print without support inside."""
-AS_ASSEMBLED = np.eye(3)
 TOP_DOWN = np.diag([1.0, -1.0, -1.0])
 
 
@@ -50,7 +49,7 @@ class Part:
     shifts: tuple[tuple[float, float, float], ...] = ((0.0, 0.0, 0.0),)
     """Where its copies sit in the assembled finger [mm]; none for a part of the gripper only."""
     module: str = ""
-    rotation: FloatArray = None  # type: ignore[assignment]
+    rotation: FloatArray = field(default_factory=lambda: np.eye(3))
     """From assembled to lying on the tray, (3, 3)."""
     copies: int = 1
 
@@ -109,10 +108,10 @@ def _parts(design: FingerDesign, growth: float, started: Callable[[str], None]) 
         )
     started("base and gripper base")
     base = hardware_solids.mount_solid(design, base_of(design), growth)
-    yield Part("base", *rigid, base, "holds one finger, two screws", rotation=AS_ASSEMBLED)
+    yield Part("base", *rigid, base, "holds one finger, two screws")
     gripper = hardware_solids.mount_solid(design, gripper_base_of(design), growth)
     purpose = "holds two fingers face to face, four screws; instead of two bases"
-    yield Part("gripper base", *rigid, gripper, purpose, shifts=(), rotation=AS_ASSEMBLED)
+    yield Part("gripper base", *rigid, gripper, purpose, shifts=())
     started("connectors, plugs and marker plates")
     across = (-2 * tube_axis(design.profile, design.ports), 0.0, 0.0)
     both = ((0.0, 0.0, 0.0), across)
@@ -123,7 +122,6 @@ def _parts(design: FingerDesign, growth: float, started: Callable[[str], None]) 
         connector,
         "joins a top tube and its plug; or cut it from the hose",
         shifts=both,
-        rotation=AS_ASSEMBLED,
         copies=2,
     )
     plug = hardware_solids.plug_solid(design, growth)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 from tubefoot.design import cad
 from tubefoot.design.cad import Solid
 from tubefoot.design.layout import lip_of, marker_plate_of, pin_places, tube_axis
-from tubefoot.design.outline import chamber, silhouette
+from tubefoot.design.outline import Outline, chamber, silhouette
 
 if TYPE_CHECKING:
     from tubefoot.design.finger import FingerDesign
@@ -110,10 +110,10 @@ def module_rigid(design: FingerDesign, side: Side, growth: float = 0.0) -> Solid
     return solid
 
 
-def _slab(outline: object, sign: float, near: float, far: float) -> Solid:
+def _slab(outline: Outline, sign: float, near: float, far: float) -> Solid:
     """A prism on one side of the mid-plane, between two distances from it."""
     low, high = sorted((sign * near, sign * far))
-    return cad.prism(outline, low, high)  # type: ignore[arg-type]
+    return cad.prism(outline, low, high)
 
 
 def _tube_x(design: FingerDesign) -> tuple[float, float]:
