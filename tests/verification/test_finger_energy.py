@@ -57,7 +57,8 @@ def test_work_of_both_fluids_is_the_strain_energy_along_the_path(design, mesh):
     assert pressures[-1, 0] > 0.02 > 0 > pressures[-1, 1]
     work = np.cumsum((0.5 * (pressures[1:] + pressures[:-1]) * np.diff(volumes, axis=0)).sum(axis=1))
     energy = np.array([step.energy for step in steps])
-    assert work == pytest.approx(energy, rel=5e-3)
+    # The trapezoidal rule over twelve steps is good to 2e-5.
+    assert work == pytest.approx(energy, rel=2e-4)
     assert (np.diff(energy) > 0).all()
 
 
