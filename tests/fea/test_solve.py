@@ -53,8 +53,10 @@ def test_results_are_complete(solved):
         ("bend_deg", -1.0, "bend_deg"),
     ],
 )
-def test_the_path_lands_exactly_on_the_goal(tmp_path, until, target, column):
-    result = solve_design(FINGER, tmp_path, settings(until=until, target=target))
+@pytest.mark.parametrize("states", [1, 3])
+def test_the_path_lands_exactly_on_the_goal(tmp_path, until, target, column, states):
+    result = solve_design(FINGER, tmp_path, settings(until=until, target=target, states=states))
+    assert result.summary["end_reason"] == "goal reached"
     assert result.column(column)[-1] == pytest.approx(target, rel=1e-7)
 
 

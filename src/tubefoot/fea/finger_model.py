@@ -53,7 +53,7 @@ class SolveSettings(Settings):
     states: Annotated[int, Field(ge=1, le=400)] = 8
     """Into how many states the way is cut, about."""
     element_size_mm: Annotated[float, Field(ge=0.2, le=10.0)] = DEFAULT_ELEMENT_SIZE
-    pressure_space: PressureSpace = "linear"
+    pressure_space: PressureSpace = "continuous"
     """Pressure space of the 27-node hexahedra."""
     cavities: Literal["coupled", "volume", "pressure"] = "coupled"
     """coupled: what is pumped into the right chamber comes out of the left one; volume, pressure: both

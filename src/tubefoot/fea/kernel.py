@@ -177,6 +177,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
         work = np.empty((7, 9))
         half = np.empty((3, n_nodes))
         divergence = np.empty(3 * n_nodes)
+        coupling = np.zeros((n_p, 3 * n_nodes))
         blocks = np.zeros((6, n_nodes, n_nodes))
         matrix = np.zeros((n_local, n_local))
         residual = np.zeros(n_local)
@@ -223,14 +224,13 @@ def assemble_cells(  # type: ignore[no-untyped-def]
                 share = weight * pressure_shapes[cell, q, m]
                 residual[row] += share * (jacobian - 1.0 - field / field_bulk)
                 for r in range(3 * n_nodes):
-                    matrix[row, displacement_slot[r]] += share * divergence[r]
+                    coupling[m, r] += share * divergence[r]
                 for n in range(n_p):
                     matrix[row, pressure_slot[n]] -= share * pressure_shapes[cell, q, n] / field_bulk
         for m in range(n_p):
             for r in range(3 * n_nodes):
-                matrix[displacement_slot[r], pressure_slot[m]] = matrix[
-                    pressure_slot[m], displacement_slot[r]
-                ]
+                matrix[displacement_slot[r], pressure_slot[m]] = coupling[m, r]
+                matrix[pressure_slot[m], displacement_slot[r]] = coupling[m, r]
         block = 0
         for i in range(3):
             for k in range(i, 3):
@@ -288,7 +288,8 @@ def point_stresses(  # type: ignore[no-untyped-def]
 ):
     """Write the Cauchy stress and J at every quadrature point.
 
-    arguments as in `assemble_cells`
+    unknowns, local_unknowns, gradients, pressure_shapes, material, mu, alpha, kappa, displacement_slot,
+    pressure_slot : as in `assemble_cells`
     cauchy : (n_cells, n_q, 3, 3) out [MPa]; jacobians : (n_cells, n_q) out
     """
     n_cells, n_q, n_nodes = gradients.shape[:3]

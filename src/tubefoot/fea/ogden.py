@@ -76,13 +76,16 @@ def principal_derivatives(stretch, jacobian, mu, alpha, first, second):  # type:
     energy = 0.0
     first[:] = 0.0
     second[:, :] = 0.0
-    shrink = jacobian ** (-1.0 / 3.0)
+    mean_log = np.log(jacobian) / 3.0
+    log0, log1, log2 = np.log(stretch[0]), np.log(stretch[1]), np.log(stretch[2])
     for k in range(mu.shape[0]):
         if mu[k] == 0.0:
             continue
         a = alpha[k]
         c = 2.0 * mu[k] / a
-        e0, e1, e2 = (shrink * stretch[0]) ** a, (shrink * stretch[1]) ** a, (shrink * stretch[2]) ** a
+        e0 = np.exp(a * (log0 - mean_log))
+        e1 = np.exp(a * (log1 - mean_log))
+        e2 = np.exp(a * (log2 - mean_log))
         mean = (e0 + e1 + e2) / 3.0
         energy += c / a * (e0 + e1 + e2 - 3.0)
         powers = (e0, e1, e2)

@@ -94,6 +94,9 @@ def follow(
         target, landing = _next_target(model, path, stride, [goal, *limits])
         try:
             step = model.solve(_predict(path.steps, target), _control(target, landing))
+            if landing is None and (passed := _passed(model, [goal, *limits], path.steps[-1], step)):
+                landing, at = passed
+                step = model.solve(_predict([*path.steps, step], at), landing.control)
         except StepFailed as failure:
             path.failures.append(f"step to {target:.6g} failed: {failure}")
             stride *= stepping.shrink
@@ -156,14 +159,30 @@ def _next_target(
     model: Model, path: Path, stride: float, limits: Sequence[Limit]
 ) -> tuple[float, Limit | None]:
     """Parameter of the next state, and the limit to land on if one lies within the step."""
-    steps = path.steps
-    here = steps[-1].state.parameter
-    target, landing = here + stride, None
-    for limit in limits:
-        crossing = _crossing(model, limit.control, steps, stride)
-        if crossing is not None and abs(crossing - here) < abs(target - here):
-            target, landing = crossing, limit
-    return target, landing
+    here = path.steps[-1].state.parameter
+    crossings = [
+        (abs(at - here), at, k)
+        for k, limit in enumerate(limits)
+        if (at := _crossing(model, limit.control, path.steps, stride)) is not None
+    ]
+    if not crossings:
+        return here + stride, None
+    _, target, nearest = min(crossings)
+    return target, limits[nearest]
+
+
+def _passed(model: Model, limits: Sequence[Limit], before: Step, after: Step) -> tuple[Limit, float] | None:
+    """The first limit that lies between two states, and about where."""
+    found = []
+    for number, limit in enumerate(limits):
+        a, b = (value_of(model, limit.control, step) - limit.control.target for step in (before, after))
+        if a != 0.0 and a * b < 0.0:
+            found.append((a / (a - b), number))
+    if not found:
+        return None
+    share, number = min(found)
+    start, end = before.state.parameter, after.state.parameter
+    return limits[number], start + share * (end - start)
 
 
 def _crossing(model: Model, control: Control, steps: Sequence[Step], stride: float) -> float | None:
