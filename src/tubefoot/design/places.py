@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from tubefoot.design.finger import FingerDesign
 
 COLUMNS = 6
-PANEL_INCH = (2.6, 2.7)
-PANEL_MM = (13.0, 13.5)
+PANEL_INCH = (2.6, 2.8)
+PANEL_MM = (13.0, 14.0)
 """Size of a panel in mm of finger."""
 REACH_MM = 5.5
 """Half the size of the piece of finger that a panel shows."""
