@@ -5,9 +5,10 @@ Model of a pixel at plane point P (Gauss-Newton, all unknowns at once, on the ra
     I = a0 + a1 x + a2 y + (b0 + b1 x + b2 y) T(q) + c_uu T_uu + c_uv T_uv + c_vv T_vv + d T (1 - T),
     q = R(-angle) (P - centre) / (side exp(s))
 
-with the template T, a light gradient (a, b), residual blur in any direction (c), the tone curve (d). Pixels that do
-not fit (an occluder, glare) lose their weight (Tukey's biweight). The covariance is the sandwich estimate over
-neighbouring pixels, so that compression noise and model error, which are correlated, count as what they are.
+with the template T, a light gradient (a, b), residual blur in any direction (c), the tone curve (d). Pixels
+that do not fit (an occluder, glare) lose their weight (Tukey's biweight). The covariance is the sandwich
+estimate over neighbouring pixels, so that compression noise and model error, which are correlated, count as
+what they are.
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ Pixels = NDArray[np.float32]
 POSE_TERMS = 4
 """The unknowns are x, z, angle, s; then a0, a1, a2, b0, b1, b2, c_uu, c_uv, c_vv, d."""
 
+TERMS = 14
 GAIN = POSE_TERMS + 3
 MIN_CONTRAST = 12.0
 """Least difference of paper and ink [grey levels]."""
@@ -34,6 +36,12 @@ MIN_CONTRAST = 12.0
 TUKEY = 4.685
 EDGE_ALLOWANCE_PX = 0.12
 """Misfit of an edge that is not taken for an occluder."""
+
+MOST_PIXELS = 2800
+"""A larger marker is compared on every other pixel, as on the black fields of a chessboard."""
+
+WEIGHED_NEAR_PX = 0.25
+"""Weights count only if the pose that they were taken at was this near its end [px]."""
 
 REST_PX = 0.015
 """A step of all unknowns below this ends the descent; the next one would be some ten times smaller [px]."""
@@ -152,11 +160,18 @@ class _Problem:
             points = points - rows[:, None] * np.array(row_drift, dtype=np.float32)
         own_x, own_z = self._own(points)
         near = np.flatnonzero((np.abs(own_x) < reach) & (np.abs(own_z) < reach))
+        self.thinning = 1
+        if near.size > MOST_PIXELS:
+            rows, columns = np.divmod(near, self.shape[1])
+            near = near[(rows + columns) % 2 == 0]
+            self.thinning = 2
         self.index = near
         self.points = points[near]
         self.grey = frame[y0:y1, x0:x1].reshape(-1)[near].astype(np.float32)
         self.across = own_x[near] / np.float32(reach)
         self.up = own_z[near] / np.float32(reach)
+        self.columns = np.empty((TERMS, near.size), dtype=np.float32)
+        self.columns[4:7] = np.ones_like(self.up), self.across, self.up
 
     def _own(self, points: Pixels) -> tuple[Pixels, Pixels]:
         cos, sin = np.float32(np.cos(self.pose.angle)), np.float32(np.sin(self.pose.angle))
@@ -168,12 +183,14 @@ class _Problem:
         self.blur_px = blur_px
         self.weights = np.ones(self.grey.size, dtype=np.float32)
         self.gain = 100.0
+        self.step_px = np.inf
         for step in range(most_steps):
             self._linearise()
             if not self._solve():
                 return False
+            before = self.step_px
             self._advance()
-            self.converged = step >= 1 and self.step_px < REST_PX
+            self.converged = before < WEIGHED_NEAR_PX and self.step_px < REST_PX
             if self.converged:
                 break
             self._weigh()
@@ -197,24 +214,16 @@ class _Problem:
         self.value = value
         self.slope = np.sqrt(slope_u**2 + slope_v**2)
         slope_x, slope_z = slope_u * (gain / size), -slope_v * (gain / size)
-        self.columns = np.stack(
-            [
-                slope_z * sin - slope_x * cos,
-                -slope_x * sin - slope_z * cos,
-                slope_x * own_z - slope_z * own_x,
-                -slope_x * own_x - slope_z * own_z,
-                np.ones_like(value),
-                self.across,
-                self.up,
-                value,
-                value * self.across,
-                value * self.up,
-                curve_uu,
-                curve_uv,
-                curve_vv,
-                value * (1 - value),
-            ]
-        )
+        columns = self.columns
+        columns[0] = slope_z * sin - slope_x * cos
+        columns[1] = -slope_x * sin - slope_z * cos
+        columns[2] = slope_x * own_z - slope_z * own_x
+        columns[3] = -slope_x * own_x - slope_z * own_z
+        columns[7] = value
+        columns[8] = value * self.across
+        columns[9] = value * self.up
+        columns[10], columns[11], columns[12] = curve_uu, curve_uv, curve_vv
+        columns[13] = value * (1 - value)
 
     def _solve(self) -> bool:
         """Weighted least squares for all unknowns."""
@@ -236,7 +245,7 @@ class _Problem:
             return False
         light = self.solution.astype(np.float32)
         self.model = light[POSE_TERMS:] @ self.columns[POSE_TERMS:]
-        self.misfit = self.grey - light @ self.columns
+        self.misfit = self.grey - self.model - light[:POSE_TERMS] @ self.columns[:POSE_TERMS]
         return True
 
     def _advance(self) -> None:
@@ -280,7 +289,9 @@ class _Problem:
             covariance=self._covariance(),
             correlation=float((counted * model) @ grey / max(spread, 1e-9)),
             residual=float(np.sqrt(counted @ self.misfit.astype(float) ** 2 / total) / self.gain),
-            inliers=float(np.count_nonzero(self.counted > 0.2) / max(self._expected_area(), 1.0)),
+            inliers=float(
+                np.count_nonzero(self.counted > 0.2) * self.thinning / max(self._expected_area(), 1.0)
+            ),
             cell_errors=self._cell_errors(),
             contrast=self.gain,
             converged=self.converged,
@@ -292,17 +303,17 @@ class _Problem:
         return (2 * limit * self.side_px) ** 2
 
     def _covariance(self) -> FloatArray:
-        """Sandwich covariance (3, 3): how the fit would scatter, with misfits of neighbours taken as related."""
-        influence = (self.inverse[:3] @ self.columns.astype(float)) * (self.counted * self.misfit)
-        plain = np.zeros((3, *self.shape))
+        """Sandwich covariance (3, 3): how the fit would scatter, neighbouring misfits being related."""
+        influence = self.inverse[:3].astype(np.float32) @ (self.columns * (self.counted * self.misfit))
+        plain = np.zeros((3, *self.shape), dtype=np.float32)
         plain.reshape(3, -1)[:, self.index] = influence
         near = np.stack([cv2.boxFilter(part, -1, (3, 3), normalize=False) for part in plain])
-        related = np.einsum("ayx,byx->ab", plain, near)
-        alone = np.einsum("ayx,byx->ab", plain, plain)
-        floor = np.diag(np.diag(alone))
+        flat = plain.reshape(3, -1).astype(float)
+        related = flat @ near.reshape(3, -1).T.astype(float)
+        alone = np.sum(flat**2, axis=1)
         matrix = (related + related.T) / 2
-        grow = np.sqrt(np.maximum(np.diag(floor) / np.maximum(np.diag(matrix), 1e-30), 1.0))
-        return matrix * np.outer(grow, grow)
+        np.fill_diagonal(matrix, np.maximum(np.diag(matrix), alone))
+        return matrix
 
     def _cell_errors(self) -> FloatArray:
         count = self.cells.shape[0]

@@ -1,7 +1,7 @@
 """The ChArUco board: a chessboard with a marker in each white square, for calibrating the camera.
 
-Board coordinates are plane coordinates with the origin in the board's middle, x right and z up as printed. The
-markers come from another dictionary than the finger's, so the two can be in one picture.
+Board coordinates are plane coordinates with the origin in the board's middle, x right and z up as printed.
+The markers come from another dictionary than the finger's, so the two can be in one picture.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from tubefoot.config import Settings
+from tubefoot.vision.camera import grey_picture
 from tubefoot.vision.compositor import Decal, Motion, still
 from tubefoot.vision.lens import FloatArray
 from tubefoot.vision.marker import find_dictionary
@@ -27,11 +28,11 @@ MARKER_CELLS = 21
 class BoardSettings(Settings):
     """A ChArUco board."""
 
-    squares_x: int = Field(7, ge=3, le=30)
+    squares_x: int = Field(default=7, ge=3, le=30)
     """squares across"""
-    squares_y: int = Field(9, ge=3, le=30)
+    squares_y: int = Field(default=9, ge=3, le=30)
     """squares up"""
-    square_mm: float = Field(20.0, ge=3, le=200)
+    square_mm: float = Field(default=20.0, ge=3, le=200)
     """side of a square as printed; measure it, printers scale"""
 
     @model_validator(mode="after")
@@ -89,7 +90,7 @@ class Board:
 
         frame : grey or colour picture
         """
-        grey = frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+        grey = grey_picture(frame)
         pixels, ids, _, _ = self._finder.detectBoard(grey)
         if ids is None or len(ids) == 0:
             return np.zeros(0, dtype=np.intp), np.zeros((0, 2))

@@ -1,7 +1,8 @@
 """Calibration: lens, bending plane and neutral zero of a camera that looks at a finger.
 
-The lens comes from many ChArUco views, the plane from one view of the board held against the finger's bending plane,
-the zero from one view of the straight finger. What is stored is a TOML file that names every number with its unit.
+The lens comes from many ChArUco views, the plane from one view of the board held against the finger's
+bending plane, the zero from one view of the straight finger. What is stored is a TOML file that names every
+number with its unit.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class LensTable(Settings):
     """principal point, y"""
     distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
     """k1, k2, p1, p2, k3"""
-    residual_px: float = Field(0.0, ge=0)
+    residual_px: float = Field(default=0.0, ge=0)
     """root mean square reprojection error of the views"""
 
 
@@ -55,7 +56,7 @@ class PlaneTable(Settings):
     """unit vector up along the finger"""
     origin_mm: Row3
     """the board's middle, or the finger's base once the zero is set"""
-    tilt_sigma_deg: float = Field(0.0, ge=0, le=45)
+    tilt_sigma_deg: float = Field(default=0.0, ge=0, le=45)
     """standard uncertainty of the plane's tilt"""
 
 
@@ -70,11 +71,13 @@ class CameraCalibration(Settings):
     """whether the plane's frame was moved to the finger's base"""
     zero_angle_deg: dict[str, float] = Field(default_factory=dict)
     """how each marker, by id, is turned against the layout when the finger is straight"""
-    line_time_us: float = Field(0.0, ge=0, le=1000)
+    line_time_us: float = Field(default=0.0, ge=0, le=1000)
     """delay from row to row of a rolling shutter; 0 is a global shutter"""
 
     @classmethod
-    def of(cls, lens: Lens, plane: PlanePose, tilt_sigma: float = 0.0, residual_px: float = 0.0) -> CameraCalibration:
+    def of(
+        cls, lens: Lens, plane: PlanePose, tilt_sigma: float = 0.0, residual_px: float = 0.0
+    ) -> CameraCalibration:
         """The calibration of a lens and a plane, without a zero.
 
         lens : the lens
@@ -127,8 +130,8 @@ class CameraCalibration(Settings):
     def zeroed_by(self, readings: Mapping[int, MarkerReading], layout: MarkerLayout) -> CameraCalibration:
         """This calibration with the finger's base as origin, its axis as z, and each marker's zero.
 
-        The markers of the straight finger are laid over the layout by least squares; what angle is left for each
-        of them is how it was stuck on.
+        The markers of the straight finger are laid over the layout by least squares; what angle is left for
+        each of them is how it was stuck on.
 
         readings : of the straight finger, in this calibration's plane frame, by marker id
         layout : where the markers should be

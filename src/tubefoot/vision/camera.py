@@ -1,7 +1,7 @@
 """Camera: the one contract behind every source of frames.
 
-A frame carries the time it was taken, in the clock of its camera. Who steers by a frame must know how old it is: a
-frame older than the camera's limit is an error, never a silent repeat.
+A frame carries the time it was taken, in the clock of its camera. Who steers by a frame must know how old
+it is: a frame older than the camera's limit is an error, never a silent repeat.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import Protocol, Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,7 +25,7 @@ class StaleFrameError(LinkError):
     """The newest frame is older than the camera's limit."""
 
 
-class EndOfFrames(Exception):  # noqa: N818 - it is an end, not an error
+class EndOfFrames(Exception):
     """The source has delivered its last frame."""
 
 
@@ -67,7 +68,7 @@ class Camera(Protocol):
         ...
 
     def read(self) -> Frame:
-        """The next frame, each one once; raises EndOfFrames after the last, StaleFrameError for an old one."""
+        """The next frame, each one once; EndOfFrames after the last, StaleFrameError for an old one."""
         ...
 
     def close(self) -> None:
@@ -117,7 +118,17 @@ def fresh(frame: Frame, clock: Clock, limit_s: float) -> Frame:
     age = frame.age(clock())
     if age > limit_s:
         raise StaleFrameError(
-            f"frame {frame.index} is {age * 1e3:.0f} ms old, the limit is {limit_s * 1e3:.0f} ms: the camera stalled "
-            "or the reader is too slow; check the cable, lower the resolution, or raise the age limit"
+            f"frame {frame.index} is {age * 1e3:.0f} ms old, the limit is {limit_s * 1e3:.0f} ms: the camera "
+            "stalled or the reader is too slow; check the cable, lower the resolution, or raise the age limit"
         )
     return frame
+
+
+def grey_picture(picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The picture in grey, unchanged when it is so already.
+
+    picture : (height, width) grey, or (height, width, 3) blue, green, red
+    """
+    if picture.ndim == 2:
+        return picture
+    return np.asarray(cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), dtype=np.uint8)

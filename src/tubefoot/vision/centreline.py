@@ -1,19 +1,23 @@
 """Centreline: the finger's middle line in the bending plane, from markers at known heights.
 
-The line is described by its curvature kappa(s) over the height s of the straight finger, zero in the rigid end caps:
+The line is described by its curvature kappa(s) over the height s of the straight finger, zero in the rigid
+end caps:
 
     psi' = kappa,   x' = -(1 + e) sin psi,   z' = (1 + e) cos psi,
 
-with one mean stretch e. Of all such lines the fit takes the one that agrees with places and directions of the markers
-and whose curvature changes least abruptly: kappa'' is white noise of small strength, a cubic smoothing spline. The base
-is clamped. psi is positive towards -x, as the bending angle. The fit is linear in kappa but for psi inside sine and
-cosine, and is solved by Gauss-Newton; its covariance gives the uncertainty of every derived angle.
+with one mean stretch e. Of all such lines the fit takes the one that agrees with places and directions of
+the markers and whose curvature changes least abruptly: kappa'' is white noise of small strength, a cubic
+smoothing spline. The base is clamped. psi is positive towards -x, as the bending angle. The fit is linear
+in kappa but for psi inside sine and cosine, and is solved by Gauss-Newton; its covariance gives the
+uncertainty of every derived angle.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 
@@ -22,13 +26,13 @@ from tubefoot.vision.lens import FloatArray
 
 INTERVALS = 24
 CURVATURE_STRENGTH = 1e-9
-"""Spectral density of kappa'' [1/mm^5]; contact forces kink the curvature by about 2e-4 /mm^2 over some 40 mm."""
+"""Spectral density of kappa'' [1/mm^5]; contact kinks the curvature by some 2e-4 /mm^2 in 40 mm."""
 
 CURVATURE_SCALE = 0.05
 """Loose prior on the mean curvature of the lower half [1/mm]."""
 
 TIP_SLOPE_SIGMA = 3e-5
-"""Slope of the curvature at the tip [1/mm^2]: nothing pushes on the free end, so the curvature is even there."""
+"""Slope of the curvature at the tip [1/mm^2]: nothing pushes on the free end, so it is even there."""
 
 BASE_SIGMA = 0.05 * DEG
 BASE_PLACE_SIGMA = 0.03
@@ -97,8 +101,9 @@ def fit_centreline(
     """
     if len(points) < 2:
         return None
-    rod = _Rod(length, rigid_base, rigid_tip)
+    rod = _find_rod(length, rigid_base, rigid_tip)
     unknowns = np.zeros(rod.size)
+    unknowns[:-4] = points[-1].angle / max(points[-1].height, length / 4)
     for _ in range(8):
         rows, misfit = rod.equations(unknowns, points)
         step = np.linalg.solve(rows.T @ rows, rows.T @ misfit)
@@ -106,15 +111,16 @@ def fit_centreline(
         if np.max(np.abs(rod.turning @ step[: rod.turning.shape[1]])) < 1e-6:
             break
     rows, _ = rod.equations(unknowns, points)
-    covariance = np.linalg.inv(rows.T @ rows)
+    covariance = np.asarray(np.linalg.inv(rows.T @ rows), dtype=float)
     return rod.centreline(unknowns, covariance)
 
 
 def chord_angles(points: Sequence[MarkedPoint], length: float, marker_side: float) -> tuple[float, float]:
     """Turns [rad] of the chords between midpoints of the markers' lower edges, NaN when markers are missing.
 
-    The first is from the lowest chord to the one across the middle of the finger, the second from there to the
-    uppermost chord. Chords turn less than tangents: each stands for the mean direction between two markers.
+    The first is from the lowest chord to the one across the middle of the finger, the second from there to
+    the uppermost chord. Chords turn less than tangents: each stands for the mean direction between two
+    markers.
 
     points : markers that were seen, from base to tip
     length : finger from base to tip [mm]
@@ -145,12 +151,16 @@ class _Rod:
         means = (np.eye(count)[1:] + np.eye(count)[:-1]) / 2
         turns = np.vstack([np.zeros(count), np.cumsum(means * self.pitch, axis=0)])
         self.turning = np.vstack([turns[0], turns, turns[-1]])
+        self.integral = self._integration()
         self._prior = self._prior_rows()
+        self._weights: dict[float, FloatArray] = {}
 
     def _prior_rows(self) -> FloatArray:
         count = self.turning.shape[1]
         rows = np.zeros((count + 4, self.size))
-        rows[: count - 2, :count] = np.diff(np.eye(count), 2, axis=0) / np.sqrt(CURVATURE_STRENGTH * self.pitch**3)
+        rows[: count - 2, :count] = np.diff(np.eye(count), 2, axis=0) / np.sqrt(
+            CURVATURE_STRENGTH * self.pitch**3
+        )
         rows[count - 2, : count // 2] = 1 / CURVATURE_SCALE / (count // 2)
         rows[count - 1, [count - 4, count - 1]] = np.array([-1.0, 1.0]) / (TIP_SLOPE_SIGMA * 3 * self.pitch)
         sigmas = (BASE_SIGMA, BASE_PLACE_SIGMA, BASE_PLACE_SIGMA, STRETCH_SIGMA)
@@ -162,17 +172,17 @@ class _Rod:
         count = self.turning.shape[1]
         angle = unknowns[count] + self.turning @ unknowns[:count]
         stretch = 1 + unknowns[count + 3]
-        places = np.column_stack([-self._sum(np.sin(angle)), self._sum(np.cos(angle))])
+        places = np.column_stack([-self.integral @ np.sin(angle), self.integral @ np.cos(angle)])
         return angle, places * stretch + unknowns[count + 1 : count + 3]
 
-    def _sum(self, values: FloatArray) -> FloatArray:
-        """Integral from the base along the first axis: trapezes, corrected by the slopes at both ends of a piece."""
-        inner = values[1:-1]
-        slope = np.gradient(inner, self.pitch, axis=0, edge_order=2)
-        pieces = (values[1:] + values[:-1]) / 2
+    def _integration(self) -> FloatArray:
+        """Rows (n, n) that integrate nodal values from the base: trapezes, corrected by end slopes."""
+        nodes = np.eye(self.height.size)
+        pieces = (nodes[1:] + nodes[:-1]) / 2
+        slope = np.gradient(nodes[1:-1], self.pitch, axis=0, edge_order=2)
         pieces[1:-1] -= (slope[1:] - slope[:-1]) * self.pitch / 12
-        areas = pieces * self.steps.reshape(-1, *([1] * (values.ndim - 1)))
-        return np.concatenate([np.zeros_like(values[:1]), np.cumsum(areas, axis=0)])
+        areas = pieces * self.steps[:, None]
+        return np.vstack([np.zeros(self.height.size), np.cumsum(areas, axis=0)])
 
     def equations(self, unknowns: FloatArray, points: Sequence[MarkedPoint]) -> tuple[FloatArray, FloatArray]:
         """Weighted rows and right-hand sides of one Gauss-Newton step."""
@@ -180,8 +190,8 @@ class _Rod:
         angle, places = self.shape(unknowns)
         stretch = 1 + unknowns[count + 3]
         turn = np.column_stack([self.turning, np.ones(len(angle)), np.zeros((len(angle), 3))])
-        move_x = -stretch * self._sum(np.cos(angle)[:, None] * turn)
-        move_z = -stretch * self._sum(np.sin(angle)[:, None] * turn)
+        move_x = -stretch * (self.integral @ (np.cos(angle)[:, None] * turn))
+        move_z = -stretch * (self.integral @ (np.sin(angle)[:, None] * turn))
         move_x[:, count + 1] = 1.0
         move_z[:, count + 2] = 1.0
         move_x[:, count + 3] = (places[:, 0] - unknowns[count + 1]) / stretch
@@ -190,7 +200,7 @@ class _Rod:
         for point in points:
             angle_weight = 1 / np.hypot(point.angle_sigma, ANGLE_FLOOR)
             place_weight = 1 / np.hypot(point.place_sigma, PLACE_FLOOR)
-            at = self._interpolation(point.height)
+            at = self.weights(point.height)
             wanted = (
                 (turn, angle, point.angle, angle_weight),
                 (move_x, places[:, 0], point.x, place_weight),
@@ -201,8 +211,14 @@ class _Rod:
                 misfits.append(np.array([(seen - at @ values) * weight]))
         return np.vstack(rows), np.concatenate(misfits)
 
+    def weights(self, height: float) -> FloatArray:
+        """Weights (n,) of the nodes for a value at a height, worked out once."""
+        if height not in self._weights:
+            self._weights[height] = self._interpolation(height)
+        return self._weights[height]
+
     def _interpolation(self, height: float) -> FloatArray:
-        """Weights (n,) of the nodes for a value at a height: cubic where the finger bends, straight elsewhere."""
+        """Weights (n,) of the nodes for a value at a height: cubic where it bends, straight elsewhere."""
         weights = np.zeros(self.height.size)
         place = (height - self.height[1]) / self.pitch
         if place < 0 or self.steps[0] == height == 0:
@@ -222,12 +238,15 @@ class _Rod:
         """The line and its derived angles."""
         count = self.turning.shape[1]
         angle, places = self.shape(unknowns)
-        half = self._interpolation(self.length / 2) @ self.turning
+        half = self.weights(self.length / 2) @ self.turning
         lower = np.concatenate([half, np.zeros(4)])
         upper = np.concatenate([self.turning[-1] - half, np.zeros(4)])
         sigmas = [float(np.sqrt(part @ covariance @ part)) for part in (lower, upper)]
         turns = [float(part @ unknowns) for part in (lower, upper)]
-        known = [turn if sigma <= THETA_SIGMA_LIMIT else float("nan") for turn, sigma in zip(turns, sigmas, strict=True)]
+        known = [
+            turn if sigma <= THETA_SIGMA_LIMIT else float("nan")
+            for turn, sigma in zip(turns, sigmas, strict=True)
+        ]
         curvature = np.concatenate([[0.0], unknowns[:count], [0.0]])
         return Centreline(
             height=self.height,
@@ -238,6 +257,11 @@ class _Rod:
             theta_sigma=(sigmas[0], sigmas[1]),
             inflexions=find_inflexions(self.height, curvature),
         )
+
+
+@lru_cache(maxsize=16)
+def _find_rod(length: float, rigid_base: float, rigid_tip: float) -> _Rod:
+    return _Rod(length, rigid_base, rigid_tip)
 
 
 def find_inflexions(height: FloatArray, curvature: FloatArray) -> tuple[float, ...]:
@@ -255,6 +279,4 @@ def find_inflexions(height: FloatArray, curvature: FloatArray) -> tuple[float, .
             if abs(turn) >= LEAST_LOBE:
                 lobes.append((float(height[start]), turn))
             start = index
-    return tuple(
-        after[0] for before, after in zip(lobes, lobes[1:], strict=False) if before[1] * after[1] < 0
-    )
+    return tuple(after[0] for before, after in pairwise(lobes) if before[1] * after[1] < 0)

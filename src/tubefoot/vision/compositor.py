@@ -1,15 +1,17 @@
 """Compositor: camera frames of flat things, with exactly known poses, without a 3D renderer.
 
-Each picture element is drawn by sampling: the element's sub-samples are carried through the distorted lens onto the
-plane of the thing, and the cells there are averaged with the exact coverage of a sub-sample. Moving things are drawn
-row by row at the time at which a rolling shutter reads the row, and averaged over the exposure. What the sensor then
-adds (blur, noise, compression) is in `exposure`. Reflectance and brightness are fractions of full white.
+Each picture element is drawn by sampling: the element's sub-samples are carried through the distorted lens
+onto the plane of the thing, and the cells there are averaged with the exact coverage of a sub-sample.
+Moving things are drawn row by row at the time at which a rolling shutter reads the row, and averaged over
+the exposure. What the sensor then adds (blur, noise, compression) is in `exposure`. Reflectance and
+brightness are fractions of full white.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import cv2
 import numpy as np
@@ -65,7 +67,7 @@ class Patch:
 
     outline: FloatArray
     reflectance: float | tuple[float, float, float]
-    motion: Motion = still(PlanarPose())
+    motion: Motion = field(default_factory=lambda: still(PlanarPose()))
 
 
 @dataclass(frozen=True)
@@ -201,7 +203,9 @@ def _draw_patch(picture: Picture, scene: Scene, patch: Patch, time_s: float, shu
     count = scene.samples
     cover = np.zeros(((y1 - y0) * count, (x1 - x0) * count), dtype=np.float32)
     for instant in _instants(time_s, shutter):
-        outline = scene.plane.to_pixels(patch.motion(instant).to_outer(_with_midpoints(patch.outline)), scene.lens)
+        outline = scene.plane.to_pixels(
+            patch.motion(instant).to_outer(_with_midpoints(patch.outline)), scene.lens
+        )
         on_grid = ((outline - (x0, y0) + 0.5) * count - 0.5) * 16
         mask = np.zeros(cover.shape, dtype=np.uint8)
         cv2.fillPoly(mask, [np.rint(on_grid).astype(np.int32)], 255, cv2.LINE_AA, shift=4)
@@ -256,7 +260,9 @@ def _row_times(rows: FloatArray, instant: float, scene: Scene, shutter: Shutter)
 def _own_frame(points: NDArray[np.float32], motion: Motion, times: FloatArray) -> NDArray[np.float32]:
     """Points (rows, columns, 2) carried into the thing's frame at each row's time."""
     if times[0] == times[-1]:
-        return motion(float(times[0])).to_inner(points.reshape(-1, 2)).reshape(points.shape).astype(np.float32)
+        return (
+            motion(float(times[0])).to_inner(points.reshape(-1, 2)).reshape(points.shape).astype(np.float32)
+        )
     poses = [motion(float(time)) for time in times]
     x, z, angle = (np.array([getattr(pose, name) for pose in poses])[:, None] for name in ("x", "z", "angle"))
     cos, sin = np.cos(angle), np.sin(angle)
@@ -273,8 +279,8 @@ def _mm_per_pixel(lens: Lens, plane: PlanePose, centre: PlanarPose) -> float:
 def _blend(
     picture: Picture,
     region: tuple[int, int, int, int],
-    colour: Picture,
-    cover: NDArray[np.float32],
+    colour: NDArray[Any],
+    cover: NDArray[Any],
     samples: int,
 ) -> None:
     """Average sub-samples into pixels and lay them over the picture."""

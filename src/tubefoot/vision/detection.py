@@ -1,7 +1,8 @@
 """Detection: markers found in a picture without knowing where they are, by OpenCV's detector.
 
-It says which markers there are and roughly where; `alignment` then finds the pose. Settings follow measurements: no
-corner refinement (alignment does better), no `useAruco3Detection`, and a minimum size inside small regions.
+It says which markers there are and roughly where; `alignment` then finds the pose. Settings follow
+measurements: no corner refinement (alignment does better), no `useAruco3Detection`, and a minimum size
+inside small regions.
 """
 
 from __future__ import annotations
@@ -41,7 +42,9 @@ class Sighting:
         turn = np.sum(ideal[:, 0] * arms[:, 1] - ideal[:, 1] * arms[:, 0])
         along = np.sum(ideal * arms)
         size = np.hypot(turn, along) / np.sum(ideal**2)
-        return PlanarPose(float(centre[0]), float(centre[1]), float(np.arctan2(turn, along))), float(np.log(size))
+        return PlanarPose(float(centre[0]), float(centre[1]), float(np.arctan2(turn, along))), float(
+            np.log(size)
+        )
 
 
 class MarkerFinder:

@@ -62,10 +62,10 @@ def expose(light: Picture, exposure: Exposure, rng: np.random.Generator) -> NDAr
     if exposure.glare:
         picture = picture + _shaped(exposure.glare * _highlight(light, exposure), light)
     if exposure.psf_px > 0:
-        picture = cv2.GaussianBlur(picture, (0, 0), exposure.psf_px)
+        picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), exposure.psf_px), dtype=np.float32)
     if exposure.motion_px > 0:
         kernel = streak_kernel(exposure.motion_px, exposure.motion_direction)
-        picture = cv2.filter2D(picture, -1, kernel)
+        picture = np.asarray(cv2.filter2D(picture, -1, kernel), dtype=np.float32)
     if exposure.gamma != 1:
         picture = np.clip(picture, 0, 1) ** np.float32(1 / exposure.gamma)
     return _digitise(picture, exposure, rng)

@@ -71,7 +71,7 @@ class FingerTracker:
 
     calibration: CameraCalibration
     layout: MarkerLayout
-    limits: Acceptance = field(default_factory=Acceptance)
+    limits: Acceptance = field(default_factory=lambda: Acceptance())
 
     def __post_init__(self) -> None:
         self.plane_map = PlaneMap(self.calibration.to_lens(), self.calibration.to_plane())
@@ -103,7 +103,9 @@ class FingerTracker:
         tip = readings[self.layout.markers[-1].id]
         points = [self._marked(place.id, place.z_mm, readings[place.id]) for place in self.layout.markers]
         seen = [point for point in points if point is not None]
-        line = fit_centreline(seen, self.layout.length_mm, self.layout.rigid_base_mm, self.layout.rigid_tip_mm)
+        line = fit_centreline(
+            seen, self.layout.length_mm, self.layout.rigid_base_mm, self.layout.rigid_tip_mm
+        )
         theta1, theta2 = line.thetas if line else (NAN, NAN)
         chords = chord_angles(seen, self.layout.length_mm, self.layout.marker_side_mm)
         tip_angle = tip.pose.angle - self._zero[tip.marker_id] if tip.pose else NAN
@@ -131,4 +133,6 @@ class FingerTracker:
         x = reading.pose.x - place.x_mm * np.cos(angle)
         z = reading.pose.z - place.x_mm * np.sin(angle)
         sigma_place = float(np.sqrt(np.trace(reading.covariance[:2, :2]) / 2))
-        return MarkedPoint(height, float(x), float(z), angle, sigma_place, float(np.sqrt(reading.covariance[2, 2])))
+        return MarkedPoint(
+            height, float(x), float(z), angle, sigma_place, float(np.sqrt(reading.covariance[2, 2]))
+        )

@@ -1,6 +1,7 @@
 """Marker layout: which markers sit where on a straight finger, and where the fluid columns are seen.
 
-All places are in the finger's own frame: x to the right in the bending plane, z up along the finger, base at z = 0.
+All places are in the finger's own frame: x to the right in the bending plane, z up along the finger, base
+at z = 0.
 """
 
 from __future__ import annotations
@@ -23,9 +24,9 @@ class MarkerPlace(Settings):
     """number in the dictionary"""
     z_mm: float = Field(ge=-50, le=1000)
     """height of its centre above the base"""
-    x_mm: float = Field(0.0, ge=-200, le=200)
+    x_mm: float = Field(default=0.0, ge=-200, le=200)
     """place across the finger"""
-    angle_deg: float = Field(0.0, ge=-180, le=180)
+    angle_deg: float = Field(default=0.0, ge=-180, le=180)
     """how it is stuck on, counter-clockwise from upright"""
 
     @property
@@ -43,15 +44,17 @@ class ColumnPlace(Settings):
     """x, z of the end that is filled first"""
     end_mm: tuple[float, float]
     """x, z of the other end"""
-    hue_deg: float = Field(0.0, ge=0, lt=360)
+    hue_deg: float = Field(default=0.0, ge=0, lt=360)
     """colour of the fluid: 0 red, 120 green, 240 blue"""
-    width_mm: float = Field(2.0, gt=0, le=50)
+    width_mm: float = Field(default=2.0, gt=0, le=50)
     """width that is averaged across the line"""
 
     @model_validator(mode="after")
     def _has_length(self) -> ColumnPlace:
         if self.start_mm == self.end_mm:
-            raise ValueError(f"fluid column {self.name!r}: start_mm and end_mm are the same point; give its two ends")
+            raise ValueError(
+                f"fluid column {self.name!r}: start_mm and end_mm are the same point; give its two ends"
+            )
         return self
 
 
@@ -60,15 +63,15 @@ class MarkerLayout(Settings):
 
     length_mm: float = Field(gt=1, le=1000)
     """finger from base to tip"""
-    rigid_base_mm: float = Field(4.0, ge=0, le=500)
+    rigid_base_mm: float = Field(default=4.0, ge=0, le=500)
     """length at the base that does not bend"""
-    rigid_tip_mm: float = Field(4.0, ge=0, le=500)
+    rigid_tip_mm: float = Field(default=4.0, ge=0, le=500)
     """length at the tip that does not bend"""
     dictionary: str = "4x4_50"
     """marker dictionary"""
-    marker_side_mm: float = Field(10.0, ge=2, le=200)
+    marker_side_mm: float = Field(default=10.0, ge=2, le=200)
     """side of a marker's black square"""
-    quiet_zone_mm: float = Field(1.67, gt=0, le=50)
+    quiet_zone_mm: float = Field(default=1.67, gt=0, le=50)
     """white margin around it"""
     markers: tuple[MarkerPlace, ...] = Field(min_length=1, max_length=30)
     """from the base to the tip"""
@@ -83,8 +86,8 @@ class MarkerLayout(Settings):
             raise ValueError(f"marker ids {list(ids)} repeat; each marker of a finger needs its own")
         if self.rigid_base_mm + self.rigid_tip_mm >= self.length_mm:
             raise ValueError(
-                f"rigid_base_mm + rigid_tip_mm = {self.rigid_base_mm + self.rigid_tip_mm:g} mm leave nothing of "
-                f"length_mm = {self.length_mm:g} mm to bend"
+                f"rigid_base_mm + rigid_tip_mm = {self.rigid_base_mm + self.rigid_tip_mm:g} mm leave "
+                f"nothing of length_mm = {self.length_mm:g} mm to bend"
             )
         cells = marker_cells(self.dictionary, ids[0]).shape[0]
         if self.quiet_zone_mm < 0.7 * self.marker_side_mm / cells:
@@ -102,14 +105,15 @@ class MarkerLayout(Settings):
             gap = upper.z_mm - lower.z_mm
             if gap < needed:
                 raise ValueError(
-                    f"markers {lower.id} and {upper.id} are {gap:g} mm apart along z; list them from the base to "
-                    f"the tip, at least {needed:g} mm apart, so that they do not cover each other when bent"
+                    f"markers {lower.id} and {upper.id} are {gap:g} mm apart along z; "
+                    f"list them from the base to the tip, at least {needed:g} mm apart, so that they do not cover each other when bent"
                 )
         for marker in self.markers:
             marker_cells(self.dictionary, marker.id)
             if marker.z_mm > self.length_mm + self.marker_side_mm:
                 raise ValueError(
-                    f"marker {marker.id}: z_mm = {marker.z_mm:g} lies beyond the tip, length_mm = {self.length_mm:g}"
+                    f"marker {marker.id}: z_mm = {marker.z_mm:g} lies beyond the tip, "
+                    f"length_mm = {self.length_mm:g}"
                 )
 
     def _check_mirrors(self, ids: tuple[int, ...]) -> None:
@@ -117,8 +121,8 @@ class MarkerLayout(Settings):
             distance = mirror_distance(self.dictionary, marker_id, ids)
             if distance < LEAST_MIRROR_DISTANCE:
                 raise ValueError(
-                    f"marker {marker_id} looks like a marker of this layout in a mirror ({distance} cells differ, "
-                    f"at least {LEAST_MIRROR_DISTANCE} are needed); choose another id"
+                    f"marker {marker_id} looks like a marker of this layout in a mirror ({distance} "
+                    f"cells differ, at least {LEAST_MIRROR_DISTANCE} are needed); choose another id"
                 )
 
     def target(self, marker_id: int) -> MarkerTarget:

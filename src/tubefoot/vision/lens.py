@@ -1,7 +1,8 @@
 """Lens: where a point in front of the camera falls in the picture, and back.
 
-Pinhole with Brown-Conrady distortion (k1, k2, p1, p2, k3) as in OpenCV; the centre of the top left pixel is (0, 0), so
-that a centred principal point is ((width - 1) / 2, (height - 1) / 2). Camera frame: x right, y down, z forward [mm].
+Pinhole with Brown-Conrady distortion (k1, k2, p1, p2, k3) as in OpenCV; the centre of the top left pixel is
+(0, 0), so that a centred principal point is ((width - 1) / 2, (height - 1) / 2). Camera frame: x right, y
+down, z forward [mm].
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class Lens:
         """
         flat = np.ascontiguousarray(points, dtype=float).reshape(-1, 1, 3)
         pixels, _ = cv2.projectPoints(flat, np.zeros(3), np.zeros(3), self.matrix, np.array(self.distortion))
-        return pixels.reshape(-1, 2)
+        return np.asarray(pixels, dtype=float).reshape(-1, 2)
 
     def rays(self, pixels: ArrayLike) -> FloatArray:
         """Rays (n, 3) through pixels, scaled to unit depth.

@@ -1,7 +1,8 @@
 """The bending plane: where it lies before the camera, and which point of it each pixel shows.
 
-A finger that bends in a plane needs no pose in space: a pixel's ray meets the plane in one point. Taking the angle
-there, and not from a perspective pose of a small marker, avoids the ambiguity of a marker that faces the camera.
+A finger that bends in a plane needs no pose in space: a pixel's ray meets the plane in one point. Taking
+the angle there, and not from a perspective pose of a small marker, avoids the ambiguity of a marker that
+faces the camera.
 """
 
 from __future__ import annotations
@@ -161,7 +162,7 @@ class PlaneMap:
                 "the bending plane is seen edge-on: part of the picture lies beyond its horizon; "
                 "turn the camera to face the finger (at most 60 deg off) and calibrate again"
             )
-        columns = sampled_plane(lens, plane, np.arange(lens.width), np.arange(lens.height))
+        columns = sampled_plane(lens, plane, np.arange(float(lens.width)), np.arange(float(lens.height)))
         self.points = np.ascontiguousarray(columns, dtype=np.float32)
         """(height, width, 2) plane coordinates (x, z) of each pixel's centre [mm]"""
 

@@ -67,7 +67,9 @@ def finger_things(layout: MarkerLayout, shape: BendShape, half_width: float = 11
             PlanarPose(place.x_mm, 0.0, place.angle_deg * DEG)
         )
         things.append(
-            marker_decal(layout.dictionary, place.id, layout.marker_side_mm, still(pose), layout.quiet_zone_mm)
+            marker_decal(
+                layout.dictionary, place.id, layout.marker_side_mm, still(pose), layout.quiet_zone_mm
+            )
         )
     return things
 
@@ -84,7 +86,9 @@ class Rehearsal:
     """
 
     layout: MarkerLayout
-    lens: Lens = field(default_factory=lambda: Lens.centred(640, 480, 800.0, (-0.12, 0.05, 0.0005, -0.0004, 0.0)))
+    lens: Lens = field(
+        default_factory=lambda: Lens.centred(640, 480, 800.0, (-0.12, 0.05, 0.0005, -0.0004, 0.0))
+    )
     plane: PlanePose = field(default_factory=lambda: PlanePose.facing(205.0, 4 * DEG, -6 * DEG, (2.0, -46.0)))
     exposure: Exposure = field(default_factory=Exposure)
     seed: int = 0
@@ -106,7 +110,9 @@ class Rehearsal:
         board : what is shown
         count : how many
         """
-        distance = self.lens.focal_x * 1.15 * max(board.width / self.lens.width, board.height / self.lens.height)
+        distance = (
+            self.lens.focal_x * 1.15 * max(board.width / self.lens.width, board.height / self.lens.height)
+        )
         for index in range(count):
             tilt, turn = self._rng.uniform(-30, 30, 2) * DEG
             depth = distance * self._rng.uniform(0.75, 1.25)

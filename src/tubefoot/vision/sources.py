@@ -1,4 +1,4 @@
-"""Sources of frames: webcam, video file, image folder, encoded frames of a recording, and a virtual camera."""
+"""Sources of frames: webcam, video file, image folder, frames of a recording, virtual camera."""
 
 from __future__ import annotations
 
@@ -80,7 +80,9 @@ class Webcam(CameraBase):
         good, picture = self._capture.read()
         arrived = self._clock()
         if not good or picture is None:
-            raise LinkError(f"camera {self.device} stopped delivering frames; check its cable and start again")
+            raise LinkError(
+                f"camera {self.device} stopped delivering frames; check its cable and start again"
+            )
         self._index += 1
         stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
         taken = stamp if 0 <= arrived - stamp < 10 else arrived
@@ -116,7 +118,10 @@ class VideoFile(CameraBase):
                 f"{self.path}: cannot be read as a video; it may be cut off before its index was written. "
                 "Convert or repair it with ffmpeg"
             )
-        self.resolution = (round(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), round(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
+        self.resolution = (
+            round(capture.get(cv2.CAP_PROP_FRAME_WIDTH)),
+            round(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
+        )
         self._promised = round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
         self._rate = capture.get(cv2.CAP_PROP_FPS) or 30.0
         self._capture = capture
@@ -131,8 +136,8 @@ class VideoFile(CameraBase):
             delivered = self._index + 1
             if self._promised > 0 and delivered < self._promised - 2:
                 raise LinkError(
-                    f"{self.path} breaks off after {delivered} of {self._promised} frames: the file is cut off or "
-                    "damaged; what was read before is good"
+                    f"{self.path} breaks off after {delivered} of {self._promised} frames: the file is cut "
+                    "off or damaged; what was read before is good"
                 )
             raise EndOfFrames
         self._index += 1
@@ -221,9 +226,13 @@ class EncodedFrames(CameraBase):
         if entry is None:
             return None
         time_s, packed = entry
-        picture = cv2.imdecode(np.frombuffer(packed, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if packed else None
+        picture = (
+            cv2.imdecode(np.frombuffer(packed, dtype=np.uint8), cv2.IMREAD_UNCHANGED) if packed else None
+        )
         if picture is None:
-            raise LinkError(f"frame {index} of {self._name}, at {time_s:.3f} s, cannot be decoded: it is damaged")
+            raise LinkError(
+                f"frame {index} of {self._name}, at {time_s:.3f} s, cannot be decoded: it is damaged"
+            )
         return Frame(np.asarray(picture, dtype=np.uint8), index, time_s)
 
 
@@ -311,7 +320,9 @@ def read_image(path: Path) -> NDArray[np.uint8]:
     return np.asarray(picture, dtype=np.uint8)
 
 
-def open_source(source: str, resolution: tuple[int, int], frames_per_s: float = 30.0) -> Webcam | VideoFile | ImageFolder:
+def open_source(
+    source: str, resolution: tuple[int, int], frames_per_s: float = 30.0
+) -> Webcam | VideoFile | ImageFolder:
     """The camera that a user's word stands for, not yet opened.
 
     source : number or /dev path of a webcam, a video file, or a folder of pictures

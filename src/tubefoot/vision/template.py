@@ -1,8 +1,8 @@
 """Template: a marker's ideal picture under blur, with its slopes and curvatures, for look-up at any point.
 
-Marker coordinates u (right) and v (down) run from -0.5 to 0.5 over the black square. The blur is a Gaussian; its
-second derivatives tell how the picture would change under a little more blur in any direction (heat equation), so
-that an unknown blur, also one from motion, can be solved for together with the pose.
+Marker coordinates u (right) and v (down) run from -0.5 to 0.5 over the black square. The blur is a
+Gaussian; its second derivatives tell how the picture would change under a little more blur in any direction
+(heat equation), so that an unknown blur, also one from motion, can be solved for together with the pose.
 """
 
 from __future__ import annotations
@@ -61,7 +61,8 @@ class Template:
     def at(self, u: NDArray[np.float32], v: NDArray[np.float32]) -> NDArray[np.float32]:
         """Brightness and derivatives (6, n) at points of the marker: T, Tu, Tv, Tuu, Tuv, Tvv.
 
-        Brightness 1 is paper, 0 is ink; derivatives are by marker sides. Second-order exact between table points.
+        Brightness 1 is paper, 0 is ink; derivatives are by marker sides. Second-order exact between table
+        points.
 
         u : (n,) to the right [marker sides]
         v : (n,) down [marker sides]

@@ -1,20 +1,20 @@
 """Tracker: all markers of a layout from frame to frame, each one measured anew or reported lost.
 
-A marker that was seen is expected where its motion takes it and aligned from there. If that fails the region is
-searched, then the whole frame. A pose is always the outcome of this frame's pixels; nothing is carried over.
+A marker that was seen is expected where its motion takes it and aligned from there. If that fails the
+region is searched, then the whole frame. A pose is always the outcome of this frame's pixels; nothing is
+carried over.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.units import DEG
 from tubefoot.vision.alignment import Fit, align_marker
+from tubefoot.vision.camera import grey_picture
 from tubefoot.vision.detection import MarkerFinder, Sighting
 from tubefoot.vision.layout import MarkerLayout
 from tubefoot.vision.plane import PlanarPose, PlaneMap, wrap_angle
@@ -82,7 +82,7 @@ class MarkerTracker:
 
     plane_map: PlaneMap
     layout: MarkerLayout
-    limits: Acceptance = field(default_factory=Acceptance)
+    limits: Acceptance = field(default_factory=lambda: Acceptance())
     line_time_s: float = 0.0
     plane_sigma: float = 0.0
 
@@ -97,7 +97,7 @@ class MarkerTracker:
         frame : (height, width) grey or (height, width, 3) colour picture
         time_s : its capture time [s], later than that of the frame before
         """
-        grey = frame if frame.ndim == 2 else cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
+        grey = grey_picture(frame)
         readings = {place.id: self._follow(grey, place.id, time_s) for place in self.layout.markers}
         if any(reading.lost for reading in readings.values()):
             sightings = self._finder.find(grey)
@@ -156,10 +156,12 @@ class MarkerTracker:
         covariance = fit.covariance.copy()
         covariance[2, 2] += self._plane_variance(fit.pose)
         quality = fit.correlation * min(fit.inliers, 1.0)
-        return MarkerReading(marker_id, "", fit.pose, covariance, quality, fit.residual, min(fit.inliers, 1.0))
+        return MarkerReading(
+            marker_id, "", fit.pose, covariance, quality, fit.residual, min(fit.inliers, 1.0)
+        )
 
     def _plane_variance(self, pose: PlanarPose) -> float:
-        """Variance of the angle [rad^2] from an uncertain tilt, half the sine of the slant of view at most."""
+        """Variance of the angle [rad^2] from an uncertain tilt: half the sine of the slant at most."""
         point = self.plane_map.plane.in_space([[pose.x, pose.z]])[0]
         cosine = point @ self.plane_map.plane.normal / np.linalg.norm(point)
         return float((1 - min(cosine**2, 1.0)) / 8 * self.plane_sigma**2 + (self.plane_sigma**2 / 4) ** 2)
@@ -192,9 +194,31 @@ def _without_overlaps(
     return kept
 
 
-def angle_sigma_deg(reading: MarkerReading) -> float:
-    """Standard uncertainty of a reading's angle [deg]; NaN when lost.
+def averaged(frames: Sequence[Mapping[int, MarkerReading]]) -> dict[int, MarkerReading]:
+    """The mean reading of each marker over frames of a finger at rest; lost when most frames lost it.
 
-    reading : the marker's reading
+    frames : readings by marker id, frame by frame, at least one
     """
-    return float("nan") if reading.covariance is None else float(np.sqrt(reading.covariance[2, 2]) / DEG)
+    means = {}
+    for marker_id, first in frames[0].items():
+        seen = [frame[marker_id] for frame in frames]
+        good = [
+            (reading.pose, reading.covariance)
+            for reading in seen
+            if reading.pose is not None and reading.covariance is not None
+        ]
+        if 2 * len(good) <= len(frames):
+            means[marker_id] = MarkerReading(marker_id, next(r.fault for r in seen if r.lost))
+            continue
+        origin = good[0][0]
+        angles = [wrap_angle(pose.angle - origin.angle) for pose, _ in good]
+        pose = PlanarPose(
+            float(np.mean([pose.x for pose, _ in good])),
+            float(np.mean([pose.z for pose, _ in good])),
+            origin.angle + float(np.mean(angles)),
+        )
+        covariance = np.mean(np.stack([matrix for _, matrix in good]), axis=0) / len(good)
+        means[marker_id] = MarkerReading(
+            marker_id, "", pose, covariance, first.quality, first.residual, first.visible
+        )
+    return means

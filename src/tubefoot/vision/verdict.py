@@ -1,7 +1,8 @@
 """Verdict: whether an alignment may be reported as a measurement.
 
-An angle is good only if everything speaks for it: the picture correlates with the model, the size is right, most of
-the marker is seen, the cells read as this marker and nearer to it than to any other, and the uncertainty is small.
+An angle is good only if everything speaks for it: the picture correlates with the model, the size is right,
+most of the marker is seen, the cells read as this marker and nearer to it than to any other, and the
+uncertainty is small.
 """
 
 from __future__ import annotations
@@ -18,17 +19,17 @@ from tubefoot.vision.marker import all_codes, marker_cells
 class Acceptance(Settings):
     """Limits that a marker must meet to count as seen."""
 
-    correlation: float = Field(0.97, ge=0.5, le=1)
+    correlation: float = Field(default=0.97, ge=0.5, le=1)
     """least correlation of picture and model over the visible part"""
-    visible: float = Field(0.75, ge=0.3, le=1)
+    visible: float = Field(default=0.75, ge=0.3, le=1)
     """least visible share of the marker"""
-    size: float = Field(0.06, gt=0, le=0.5)
+    size: float = Field(default=0.06, gt=0, le=0.5)
     """largest relative deviation from the nominal size in the plane"""
-    cell_error: float = Field(0.35, gt=0, le=1)
+    cell_error: float = Field(default=0.35, gt=0, le=1)
     """a cell that is further off than this share of the contrast counts as covered"""
-    sigma_deg: float = Field(0.5, gt=0, le=10)
+    sigma_deg: float = Field(default=0.5, gt=0, le=10)
     """largest standard uncertainty of the angle"""
-    residual: float = Field(0.12, gt=0, le=1)
+    residual: float = Field(default=0.12, gt=0, le=1)
     """largest misfit of the visible part, as a share of the contrast"""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -63,7 +64,7 @@ class LensCalibration:
     dropped: list[str]
 
     def faults(self) -> list[str]:
-        """What is wrong with this calibration, each with its number, limit and remedy; empty when it is good."""
+        """What is wrong with this calibration, each with number, limit and remedy; empty when good."""
         found = []
         if self.residual_px > GOOD_RESIDUAL_PX:
             found.append(
@@ -77,8 +78,8 @@ class LensCalibration:
             )
         if self.tilt_span_deg < GOOD_TILT_DEG:
             found.append(
-                f"the board was tilted by {self.tilt_span_deg:.0f} deg at most, less than {GOOD_TILT_DEG:.0f} deg: "
-                "add views with the board tilted either way"
+                f"the board was tilted by {self.tilt_span_deg:.0f} deg at most, less than "
+                f"{GOOD_TILT_DEG:.0f} deg: add views with the board tilted either way"
             )
         if self.focal_sigma > GOOD_FOCAL_SIGMA:
             found.append(
@@ -104,7 +105,7 @@ def gather_views(
         height, width = frame.shape[:2]
         if size not in (None, (width, height)):
             raise ConfigError(
-                f"{name} is {width} x {height} px, the pictures before it {size[0]} x {size[1]} px; "  # type: ignore[index]
+                f"{name} is {width} x {height} px, the pictures before it {size[0]} x {size[1]} px; "
                 "calibrate one resolution at a time"
             )
         size = (width, height)
@@ -118,7 +119,9 @@ def gather_views(
     return views, dropped, size
 
 
-def calibrate_lens(views: list[BoardView], board: Board, size: tuple[int, int], dropped: list[str]) -> LensCalibration:
+def calibrate_lens(
+    views: list[BoardView], board: Board, size: tuple[int, int], dropped: list[str]
+) -> LensCalibration:
     """The lens that explains the views best.
 
     views : at least six pictures of the board
@@ -130,15 +133,17 @@ def calibrate_lens(views: list[BoardView], board: Board, size: tuple[int, int], 
     """
     if len(views) < LEAST_VIEWS:
         raise ConfigError(
-            f"only {len(views)} of {len(views) + len(dropped)} pictures show at least {LEAST_CORNERS} corners of a "
-            f"{board.settings.squares_x} x {board.settings.squares_y} board; {LEAST_VIEWS} are needed. "
+            f"only {len(views)} of {len(views) + len(dropped)} pictures show at least {LEAST_CORNERS} "
+            f"corners of a {board.settings.squares_x} x {board.settings.squares_y} board, "
+            f"{LEAST_VIEWS} are needed. "
             "Check squares_x and squares_y, and that the board is sharp and in full light"
         )
     objects = [_flat(board.corners[view.ids]) for view in views]
     pixels = [view.pixels.astype(np.float32).reshape(-1, 1, 2) for view in views]
     criteria = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12)
+    unknown: Any = None
     _, matrix, distortion, turns, shifts, deviations, _, _ = cv2.calibrateCameraExtended(
-        objects, pixels, size, None, None, flags=0, criteria=criteria
+        objects, pixels, size, unknown, unknown, flags=0, criteria=criteria
     )
     lens = Lens(
         *size,
@@ -186,12 +191,14 @@ def plane_of_view(view: BoardView, board: Board, lens: Lens) -> tuple[PlanePose,
     rotation, _ = cv2.Rodrigues(turn)
     axes = np.column_stack([rotation[:, 0], rotation[:, 2], -rotation[:, 1]])
     sigma = float(np.sqrt(np.max(np.linalg.eigvalsh(covariance[:3, :3]))))
-    return PlanePose(axes, shift.ravel()), sigma
+    return PlanePose(np.asarray(axes, dtype=float), np.asarray(shift, dtype=float).ravel()), sigma
 
 
 def _flat(corners: FloatArray) -> NDArray[np.float32]:
     """Corners (n, 1, 3) in OpenCV's board frame: x right, y down, z away from the camera."""
-    return np.column_stack([corners[:, 0], -corners[:, 1], np.zeros(len(corners))]).astype(np.float32)[:, None]
+    return np.column_stack([corners[:, 0], -corners[:, 1], np.zeros(len(corners))]).astype(np.float32)[
+        :, None
+    ]
 
 
 def _coverage(views: list[BoardView], size: tuple[int, int]) -> float:

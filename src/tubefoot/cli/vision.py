@@ -1,0 +1,499 @@
+"""The verbs around the camera: `calibrate-camera` and `track`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cyclopts import App
+
+from tubefoot.errors import ConfigError, TubefootError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from tubefoot.vision.board import Board
+    from tubefoot.vision.calibration import CameraCalibration
+    from tubefoot.vision.camera import Camera
+    from tubefoot.vision.finger import FingerTracker
+    from tubefoot.vision.layout import MarkerLayout
+    from tubefoot.vision.views import LensCalibration
+
+VIEWS_FOLDER = "views"
+PLANE_FILE = "plane.png"
+NEUTRAL_FOLDER = "neutral"
+BENDING_FOLDER = "bending"
+
+camera_app = App(
+    name="calibrate-camera",
+    help="Calibrate the camera: lens, bending plane and neutral zero, from pictures of a printed board.\n\n"
+    "Print the board and the markers, take the pictures (or `rehearse` them), calibrate, then "
+    "`tubefoot track`.",
+)
+
+
+@camera_app.command(name="print")
+def print_sheets(
+    layout: Path = Path("examples/vision/finger-12.toml"),
+    *,
+    out: Path = Path("out/sheets"),
+    paper: str = "a4",
+    squares_x: int = 7,
+    squares_y: int = 9,
+    square_mm: float = 20.0,
+) -> None:
+    """Print sheets at true scale: the ChArUco board and the finger's markers, each as PDF and SVG.
+
+    Example: `tubefoot calibrate-camera print examples/vision/finger-12.toml --out out/sheets`
+
+    Parameters
+    ----------
+    layout
+        Marker layout of the finger.
+    out
+        Directory for the sheets.
+    paper
+        a4, a3 or letter.
+    squares_x
+        Squares of the board across.
+    squares_y
+        Squares of the board up.
+    square_mm
+        Side of a square of the board [mm].
+    """
+    from tubefoot.config import load_settings
+    from tubefoot.records import Run
+    from tubefoot.vision.layout import MarkerLayout
+    from tubefoot.vision.sheets import board_sheet, marker_sheet
+
+    board = _board(squares_x, squares_y, square_mm)
+    markers = load_settings(layout, MarkerLayout)
+    sheets = {"board": board_sheet(board, paper), "markers": marker_sheet(markers, paper)}
+    run = Run(out, "calibrate-camera print", {"layout": str(layout), "paper": paper, **_board_table(board)})
+    for name, sheet in sheets.items():
+        for path in sheet.save(run.path(name)):
+            print(f"{name}: {path}")
+    run.finish()
+    print("Print at 100 % and check the 100 mm bar with a ruler.")
+
+
+@camera_app.command
+def rehearse(
+    layout: Path = Path("examples/vision/finger-12.toml"),
+    *,
+    out: Path = Path("out/rehearsal"),
+    views: int = 18,
+    frames: int = 90,
+    bend_deg: float = 60.0,
+    seed: int = 0,
+) -> None:
+    """Draw the pictures that a user would take, with known truth, to try everything without a camera.
+
+    Writes views/ of the board, plane.png with the board in the bending plane, neutral/ of the straight
+    finger, bending/ with a bending finger, and truth.csv with its true angles.
+
+    Example: `tubefoot calibrate-camera rehearse --out out/rehearsal`
+
+    Parameters
+    ----------
+    layout
+        Marker layout of the finger.
+    out
+        Directory for the pictures.
+    views
+        Pictures of the board.
+    frames
+        Pictures of the bending finger.
+    bend_deg
+        Largest bending angle of the tip [deg].
+    seed
+        Seed of the noise and of the board's poses.
+    """
+    import numpy as np
+
+    from tubefoot.config import load_settings
+    from tubefoot.records import Run, write_table
+    from tubefoot.units import DEG
+    from tubefoot.vision.board import Board
+    from tubefoot.vision.layout import MarkerLayout
+    from tubefoot.vision.rehearsal import Rehearsal, even_bend
+
+    if views < 1 or frames < 1 or not abs(bend_deg) <= 120:
+        raise ConfigError("rehearse needs --views >= 1, --frames >= 1 and --bend-deg between -120 and 120")
+    markers = load_settings(layout, MarkerLayout)
+    run = Run(out, "calibrate-camera rehearse", {"layout": str(layout), "bend_deg": bend_deg}, seed)
+    rehearsal = Rehearsal(markers, seed=seed)
+    board = Board()
+    for index, picture in enumerate(_progress(rehearsal.board_views(board, views), "board views", views)):
+        _write_image(run.path(f"{VIEWS_FOLDER}/view_{index:03d}.png"), picture)
+    _write_image(run.path(PLANE_FILE), rehearsal.plane_view(board))
+    for index in range(5):
+        picture = rehearsal.frame(even_bend(markers, 0.0))
+        _write_image(run.path(f"{NEUTRAL_FOLDER}/neutral_{index}.png"), picture)
+    truth = []
+    heights = np.array([0.0, markers.length_mm / 2, markers.length_mm, markers.markers[-1].z_mm])
+    for index in _progress(range(frames), "bending frames", frames):
+        phase = 2 * np.pi * index / frames
+        shape = even_bend(markers, bend_deg * DEG * np.sin(phase))
+        _write_image(run.path(f"{BENDING_FOLDER}/frame_{index:04d}.png"), rehearsal.frame(shape))
+        base, middle, tip, marker = shape(heights)[1] / DEG
+        truth.append(
+            {
+                "frame": index,
+                "time_s": index / 30,
+                "bend_deg": float(marker),
+                "theta1_deg": float(middle - base),
+                "theta2_deg": float(tip - middle),
+            }
+        )
+    write_table(run.path("truth.csv"), truth)
+    run.finish()
+    print(f"pictures: {run.directory}")
+    print(f"next: tubefoot calibrate-camera {run.path(VIEWS_FOLDER)} --plane-view {run.path(PLANE_FILE)} \\")
+    print(f"        --neutral {run.path(NEUTRAL_FOLDER)} --layout {layout} --out {run.path('camera')}")
+    print(f"then: tubefoot track {run.path(BENDING_FOLDER)} --layout {layout} \\")
+    print(f"        --camera {run.path('camera')}/camera.toml --out {run.path('track')}")
+
+
+@camera_app.default
+def calibrate(
+    source: str,
+    *,
+    plane_view: str = "",
+    neutral: str = "",
+    layout: Path = Path("examples/vision/finger-12.toml"),
+    out: Path = Path("out/camera"),
+    squares_x: int = 7,
+    squares_y: int = 9,
+    square_mm: float = 20.0,
+    width_px: int = 640,
+    height_px: int = 480,
+    live_views: int = 24,
+    line_time_us: float = 0.0,
+) -> None:
+    """Calibrate: lens from views of the board, plane from one view, zero from the straight finger.
+
+    Writes camera.toml, which `tubefoot track` reads, summary.json with the verdict, and calibration.png
+    with coverage and residuals. The plane's frame is that of the board, or of the finger's base once
+    --neutral was given.
+
+    Example: `tubefoot calibrate-camera out/rehearsal/views --plane-view out/rehearsal/plane.png
+    --neutral out/rehearsal/neutral --out out/rehearsal/camera` (after `tubefoot calibrate-camera rehearse`)
+
+    Parameters
+    ----------
+    source
+        Folder of board views, video of them, or a webcam (0, /dev/video0): move the board about before it.
+    plane_view
+        Picture of the board held in the bending plane, its upper edge up; the last view of the source if
+        not given. neutral Picture, folder or video of the straight finger; sets the zero. layout Marker
+        layout of the finger. out Directory for the result. squares_x Squares of the board across. squares_y
+        Squares of the board up. square_mm Measured side of a square of the printed board [mm]. width_px
+        Width that a webcam is asked for [px]. height_px Height that a webcam is asked for [px]. live_views
+        Views to take from a webcam or a video, each one elsewhere than those before. line_time_us Row delay
+        of a rolling shutter [us], from the camera's data sheet; corrects angles in motion.
+    """
+    from tubefoot.config import load_settings
+    from tubefoot.records import Run, write_json
+    from tubefoot.vision.calibration import CameraCalibration
+    from tubefoot.vision.calibration_picture import draw_calibration
+    from tubefoot.vision.layout import MarkerLayout
+    from tubefoot.vision.sources import open_source
+    from tubefoot.vision.views import BoardView, calibrate_lens, gather_views, plane_of_view
+
+    board = _board(squares_x, squares_y, square_mm)
+    camera = open_source(source, (width_px, height_px))
+    markers = load_settings(layout, MarkerLayout) if neutral else None
+    settings = {"source": source, "plane_view": plane_view, "neutral": neutral, **_board_table(board)}
+    run = Run(out, "calibrate-camera", settings)
+    with camera:
+        many = live_views if not Path(source).is_dir() else 0
+        views, dropped, size = gather_views(_board_pictures(camera, board, many), board)
+    found = calibrate_lens(views, board, size, dropped)
+    last = views[-1]
+    if plane_view:
+        picture = _first_picture(plane_view)
+        if picture.shape[1::-1] != size:
+            raise ConfigError(f"{plane_view} is {picture.shape[1]} x {picture.shape[0]} px, the views {size}")
+        ids, pixels = board.find(picture)
+        if len(ids) < 8:
+            raise ConfigError(f"{plane_view} shows {len(ids)} corners of the board, at least 8 are needed")
+        last = BoardView(plane_view, ids, pixels)
+    plane, tilt_sigma = plane_of_view(last, board, found.lens)
+    calibration = CameraCalibration.of(found.lens, plane, tilt_sigma, found.residual_px)
+    calibration = calibration.model_copy(update={"line_time_us": line_time_us})
+    if markers is not None:
+        calibration = _set_zero(calibration, markers, neutral)
+    calibration.save(run.path("camera.toml"))
+    draw_calibration(found, size, run.path("calibration.png"))
+    faults = found.faults()
+    write_json(run.path("summary.json"), _calibration_summary(found, calibration, faults))
+    run.finish()
+    _print_verdict(found, calibration, faults)
+    print(f"camera: {run.path('camera.toml')}")
+
+
+def track(
+    source: str,
+    *,
+    camera: Path | None = None,
+    layout: Path = Path("examples/vision/finger-12.toml"),
+    out: Path = Path("out/track"),
+    video: bool = True,
+    live: int | None = None,
+    frames: int = 0,
+    frames_per_s: float = 30.0,
+) -> None:
+    """Track the finger: bending angle, theta1, theta2 and their uncertainty in each frame.
+
+    Writes angles.csv and annotated.mp4. A frame that does not determine an angle says `lost` and why.
+    Interrupting (Ctrl-C) keeps what was measured.
+
+    Example: `tubefoot track virtual --frames 60 --out out/track`
+
+    Parameters
+    ----------
+    source
+        Webcam (0, /dev/video0), video file, folder of pictures, recording (.mcap), or `virtual`.
+    camera
+        camera.toml from `tubefoot calibrate-camera`; a virtual source knows its own.
+    layout
+        Marker layout of the finger.
+    out
+        Directory for the result.
+    video
+        Whether to write annotated.mp4.
+    live
+        Port of a live view in the browser; 0 takes a free one.
+    frames
+        Stop after this many frames; 0 goes on to the end.
+    frames_per_s
+        Rate of a webcam, of a folder's pictures and of the annotated video [1/s].
+    """
+    from tubefoot.config import load_settings
+    from tubefoot.records import Run
+    from tubefoot.vision.calibration import load_calibration
+    from tubefoot.vision.finger import FingerTracker
+    from tubefoot.vision.layout import MarkerLayout
+
+    if frames < 0 or frames_per_s <= 0:
+        raise ConfigError("--frames must be 0 or more and --frames-per-s above 0")
+    markers = load_settings(layout, MarkerLayout)
+    if source == "virtual":
+        device, calibration = _virtual(markers, frames_per_s, frames or 150)
+    elif camera is None:
+        raise ConfigError("--camera is missing: name the camera.toml that `tubefoot calibrate-camera` wrote")
+    else:
+        calibration = load_calibration(camera)
+        device = _source(source, calibration, frames_per_s)
+    settings = {"source": source, "camera": calibration.model_dump(), "layout": markers.model_dump()}
+    run = Run(out, "track", settings)
+    _track(run, device, FingerTracker(calibration, markers), video, live, frames, frames_per_s)
+
+
+def _track(
+    run: Any,
+    device: Camera,
+    tracker: FingerTracker,
+    video: bool,
+    live: int | None,
+    most_frames: int,
+    frames_per_s: float,
+) -> None:
+    from contextlib import ExitStack
+
+    from tubefoot.records import write_table
+    from tubefoot.vision.annotate import VideoWriter, annotated
+    from tubefoot.vision.live import LiveView
+    from tubefoot.vision.session import ANGLE_COLUMNS, angle_row, measured_frames
+
+    rows: list[dict[str, Any]] = []
+    columns = [*ANGLE_COLUMNS, *(f"level_{column.name}_mm" for column in tracker.layout.columns)]
+    ended: BaseException | None = None
+    with ExitStack() as stack:
+        stack.enter_context(device)
+        film = VideoWriter(run.path("annotated.mp4"), frames_per_s) if video else None
+        view = LiveView(live) if live is not None else None
+        for opened in (film, view):
+            if opened is not None:
+                stack.callback(opened.close)
+        if view is not None:
+            print(f"live view: {view.address}", flush=True)
+        try:
+            for frame, reading in _progress(measured_frames(device, tracker), "frames", most_frames or None):
+                rows.append(angle_row(frame, reading, tracker))
+                if film is not None or view is not None:
+                    side = tracker.layout.marker_side_mm
+                    picture = annotated(frame.picture, reading, tracker.plane_map, side)
+                    for shown in (film.add if film else None, view.show if view else None):
+                        if shown is not None:
+                            shown(picture)
+                if len(rows) == most_frames:
+                    break
+        except (TubefootError, KeyboardInterrupt) as error:
+            ended = error
+    path = write_table(run.path("angles.csv"), rows, columns)
+    reason = "end of source" if ended is None else (str(ended) or "interrupted")
+    run.finish(frames=len(rows), end_reason=reason)
+    lost = sum(row["lost"] for row in rows)
+    print(f"{len(rows)} frames, tip lost in {lost}")
+    print(f"angles: {path}")
+    if ended is not None:
+        raise ended
+
+
+def _source(source: str, calibration: CameraCalibration, frames_per_s: float) -> Camera:
+    from tubefoot.vision.sources import EncodedFrames, open_source
+
+    if source.endswith(".mcap"):
+        from tubefoot.lab.recording import Recording
+
+        recording = Recording(Path(source))
+        return EncodedFrames(lambda: ((frame.time, frame.encoded) for frame in recording.frames()), source)
+    size = (calibration.lens.width_px, calibration.lens.height_px)
+    return open_source(source, size, frames_per_s)
+
+
+def _virtual(markers: MarkerLayout, frames_per_s: float, frames: int) -> tuple[Camera, CameraCalibration]:
+    """A virtual camera before a finger that bends to and fro, its clock moved by one frame a picture."""
+    from itertools import count
+
+    import numpy as np
+
+    from tubefoot.units import DEG
+    from tubefoot.vision.calibration import CameraCalibration
+    from tubefoot.vision.rehearsal import Rehearsal, even_bend
+    from tubefoot.vision.sources import VirtualCamera
+
+    rehearsal = Rehearsal(markers)
+    ticks = count()
+    now = [0.0]
+
+    def draw(time_s: float) -> np.ndarray:
+        now[0] = (next(ticks) + 1) / frames_per_s
+        return rehearsal.frame(even_bend(markers, 60 * DEG * np.sin(2 * np.pi * time_s / 3)))
+
+    size = (rehearsal.lens.width, rehearsal.lens.height)
+    last = (frames - 0.5) / frames_per_s
+    device = VirtualCamera(draw, size, lambda: now[0], oldest_s=2 / frames_per_s, last_s=last)
+    calibration = CameraCalibration.of(rehearsal.lens, rehearsal.plane).model_copy(update={"zeroed": True})
+    return device, calibration
+
+
+def _set_zero(calibration: CameraCalibration, markers: MarkerLayout, neutral: str) -> CameraCalibration:
+    from tubefoot.vision.plane import PlaneMap
+    from tubefoot.vision.sources import ImageFolder, VideoFile, read_image
+    from tubefoot.vision.tracker import MarkerTracker, averaged
+
+    path = Path(neutral)
+    tracker = MarkerTracker(PlaneMap(calibration.to_lens(), calibration.to_plane()), markers)
+    readings = []
+    if path.is_dir() or path.suffix.lower() in (".mp4", ".avi", ".mkv", ".mov"):
+        with ImageFolder(path) if path.is_dir() else VideoFile(path) as frames:
+            for frame in _frames(frames, 30):
+                readings.append(tracker.measure(frame.picture, frame.time_s))
+    else:
+        readings.append(tracker.measure(read_image(path), 0.0))
+    return calibration.zeroed_by(averaged(readings), markers)
+
+
+def _frames(camera: Camera, most: int) -> Iterator[Any]:
+    from tubefoot.vision.camera import EndOfFrames
+
+    for _ in range(most):
+        try:
+            yield camera.read()
+        except EndOfFrames:
+            return
+
+
+def _board_pictures(camera: Camera, board: Board, most: int) -> Iterator[tuple[str, Any]]:
+    """Pictures to calibrate from: all of a folder, else those in which the board has moved on."""
+    import numpy as np
+
+    seen: list[Any] = []
+    for frame in _progress(_frames(camera, 100000), "pictures", None):
+        if most:
+            ids, pixels = board.find(frame.picture)
+            if len(ids) < 8:
+                continue
+            place = np.concatenate([pixels.mean(axis=0), pixels.std(axis=0)])
+            if any(np.linalg.norm(place - other) < 0.05 * frame.picture.shape[1] for other in seen):
+                continue
+            seen.append(place)
+        yield f"frame {frame.index}", frame.picture
+        if most and len(seen) == most:
+            return
+
+
+def _first_picture(source: str) -> Any:
+    from tubefoot.vision.sources import open_source, read_image
+
+    if Path(source).is_file() and Path(source).suffix.lower() not in (".mp4", ".avi", ".mkv", ".mov"):
+        return read_image(Path(source))
+    with open_source(source, (640, 480)) as camera:
+        return camera.read().picture
+
+
+def _board(squares_x: int, squares_y: int, square_mm: float) -> Board:
+    from tubefoot.config import parse_settings
+    from tubefoot.vision.board import Board, BoardSettings
+
+    table = {"squares_x": squares_x, "squares_y": squares_y, "square_mm": square_mm}
+    return Board(parse_settings(table, BoardSettings, source="the board"))
+
+
+def _board_table(board: Board) -> dict[str, Any]:
+    return {"board": board.settings.model_dump()}
+
+
+def _calibration_summary(
+    found: LensCalibration, calibration: CameraCalibration, faults: list[str]
+) -> dict[str, Any]:
+    return {
+        "good": not faults,
+        "faults": faults,
+        "views": len(found.views),
+        "dropped": found.dropped,
+        "residual_px": found.residual_px,
+        "coverage": found.coverage,
+        "tilt_span_deg": found.tilt_span_deg,
+        "focal_relative_sigma": found.focal_sigma,
+        "plane_tilt_sigma_deg": calibration.plane.tilt_sigma_deg,
+        "zeroed": calibration.zeroed,
+    }
+
+
+def _print_verdict(found: LensCalibration, calibration: CameraCalibration, faults: list[str]) -> None:
+    print(f"views used      {len(found.views)} (without a board: {len(found.dropped)})")
+    print(f"residual        {found.residual_px:.3f} px")
+    print(f"coverage        {found.coverage:.0%} of the picture")
+    print(f"largest tilt    {found.tilt_span_deg:.0f} deg")
+    print(f"focal length    {found.lens.focal_x:.1f} px, uncertain by {found.focal_sigma:.2%}")
+    print(f"plane tilt      uncertain by {calibration.plane.tilt_sigma_deg:.3f} deg")
+    print(f"neutral zero    {'set' if calibration.zeroed else 'not set: give --neutral'}")
+    print("verdict         good" if not faults else "verdict         NOT good")
+    for fault in faults:
+        print(f"  - {fault}")
+
+
+def _write_image(path: Path, picture: Any) -> None:
+    import cv2
+
+    from tubefoot.records import write_whole
+
+    write_whole(path, cv2.imencode(".png", picture)[1].tobytes())
+
+
+def _progress(items: Iterable[Any], what: str, total: int | None) -> Iterator[Any]:
+    """The items, with a progress bar on a terminal."""
+    import sys
+
+    from rich.console import Console
+    from rich.progress import track as bar
+
+    if not sys.stderr.isatty():
+        yield from items
+        return
+    yield from bar(items, what, total=total, console=Console(stderr=True), transient=True)
