@@ -20,7 +20,7 @@ from tubefoot.twin.pty_board import PtyBoard
 @pytest.mark.slow
 def test_a_blank_board_is_flashed_and_answers():
     board = SimulatedBoard(BenchPlant(), firmware=Path(), bootloader=BOOTLOADER)
-    with board, PtyBoard(board, wait_for_host=True) as pty:
+    with board, PtyBoard(board, head_start=0.5) as pty:
         report = flash(pty.name, built("board.hex"))
         assert "verified" in report
         rig = BoardRig(SerialPort(pty.name), RigSettings())

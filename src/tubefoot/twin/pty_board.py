@@ -26,11 +26,12 @@ class PtyBoard:
     name : the terminal's name
     """
 
-    def __init__(self, board: SimulatedBoard, wait_for_host: bool = False):
+    def __init__(self, board: SimulatedBoard, head_start: float = 0.0):
         """Take over a board.
 
         board : stepped by this object from now on
-        wait_for_host : let its time stand still until the first byte comes
+        head_start : when positive, run so far at once [s] and then stand still until the first byte comes; half
+            a second is what a boot loader blinks for before it listens, for another half
         """
         self.board = board
         self._master, self._slave = os.openpty()
@@ -38,7 +39,9 @@ class PtyBoard:
         os.set_blocking(self._master, False)
         self.name = os.ttyname(self._slave)
         self.last_byte_time = 0.0
-        self._waiting = wait_for_host
+        self._waiting = head_start > 0
+        while board.time < head_start:
+            board.step()
         self._stop = threading.Event()
         self._reset = threading.Event()
         self._thread = threading.Thread(target=self._run, name=f"board {self.name}", daemon=True)
