@@ -63,8 +63,12 @@ def _stream() -> list[Row]:
             samples += len(rig.wait(1.0))
         wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     lost = rig.lost_samples
-    note = f"of {samples} in {STREAM_S:.0f} simulated s, {rig.damaged_frames} damaged, a pulse of 0.4 s each second"
-    speed = f"lock-step at 1 ms with the bench plant; host and plant take {cpu / STREAM_S * 1e3:.0f} ms CPU a second"
+    note = (
+        f"of {samples} in {STREAM_S:.0f} simulated s, {rig.damaged_frames} damaged, a 0.4 s pulse each second"
+    )
+    speed = (
+        f"lock-step at 1 ms; host and bench plant take {cpu / STREAM_S * 1e3:.0f} ms CPU a simulated second"
+    )
     return [
         Row("samples lost at 200 Hz", float(lost), 0.0, "target", None, "samples", note),
         Row(

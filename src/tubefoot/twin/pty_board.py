@@ -30,8 +30,8 @@ class PtyBoard:
         """Take over a board.
 
         board : stepped by this object from now on
-        head_start : when positive, run so far at once [s] and then stand still until the first byte comes; half
-            a second is what a boot loader blinks for before it listens, for another half
+        head_start : when positive, run so far at once [s] and then stand still until the first byte comes; a
+            boot loader blinks for half a second before it listens, for another half
         """
         self.board = board
         self._master, self._slave = os.openpty()
