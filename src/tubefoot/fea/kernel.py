@@ -127,6 +127,49 @@ def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-d
         step[k] = value
 
 
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
+def add_volumetric(f, cof, jacobian, bulk, field, stress, tangent):  # type: ignore[no-untyped-def]
+    """Energy density k0 (J - 1 - ln J) [MPa]; its stress and tangent and those of field * J are added.
+
+    f : (3, 3), cof : its cofactors, jacobian : its determinant; bulk : k0 [MPa]; field : pressure [MPa]
+    stress : (3, 3), tangent : (9, 9) in and out
+    """
+    pressure = field + bulk * (1.0 - 1.0 / jacobian)
+    slope = bulk / (jacobian * jacobian)
+    for i in range(3):
+        for j in range(3):
+            stress[i, j] += pressure * cof[i, j]
+    for r in range(9):
+        for s in range(9):
+            tangent[r, s] += slope * cof[r // 3, r % 3] * cof[s // 3, s % 3]
+    add_determinant_hessian(f, pressure, tangent)
+    return bulk * (jacobian - 1.0 - np.log(jacobian))
+
+
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
+def place(blocks, coupling, displacement_slot, pressure_slot, matrix):  # type: ignore[no-untyped-def]
+    """Write nodal blocks and pressure coupling into a cell's matrix, symmetric.
+
+    blocks : (6, n_nodes, n_nodes), axes i <= k; coupling : (n_p, 3 n_nodes)
+    displacement_slot : (3 n_nodes,), pressure_slot : (n_p,); matrix : (n_local, n_local) out
+    """
+    n_nodes = blocks.shape[1]
+    block = 0
+    for i in range(3):
+        for k in range(i, 3):
+            for a in range(n_nodes):
+                row = displacement_slot[3 * a + i]
+                for c in range(n_nodes):
+                    column = displacement_slot[3 * c + k]
+                    matrix[row, column] = blocks[block, a, c]
+                    matrix[column, row] = blocks[block, a, c]
+            block += 1
+    for m in range(coupling.shape[0]):
+        for r in range(3 * n_nodes):
+            matrix[displacement_slot[r], pressure_slot[m]] = coupling[m, r]
+            matrix[pressure_slot[m], displacement_slot[r]] = coupling[m, r]
+
+
 @njit(parallel=True, cache=True, fastmath=FLAGS, error_model="numpy")
 def assemble_cells(  # type: ignore[no-untyped-def]
     unknowns,
@@ -193,23 +236,13 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             if not jacobian > 0.0:
                 continue
             total += weight * ogden_point(f, mu[law], alpha[law], stress, tangent, work)
-            bulk, field_bulk = kappa[law, 0], kappa[law, 1]
-            pressure = bulk * (1.0 - 1.0 / jacobian)
-            total += weight * bulk * (jacobian - 1.0 - np.log(jacobian))
-            slope = bulk / (jacobian * jacobian)
-            for r in range(9):
-                for s in range(9):
-                    tangent[r, s] += slope * cof[r // 3, r % 3] * cof[s // 3, s % 3]
             field = 0.0
             for m in range(n_p):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
+            field_bulk = kappa[law, 1]
             total += weight * field * (jacobian - 1.0 - 0.5 * field / field_bulk)
-            pressure += field
-            for i in range(3):
-                for j in range(3):
-                    stress[i, j] += pressure * cof[i, j]
-            add_determinant_hessian(f, pressure, tangent)
+            total += weight * add_volumetric(f, cof, jacobian, kappa[law, 0], field, stress, tangent)
             add_stiffness(gradient, tangent, weight, blocks, half)
             for a in range(n_nodes):
                 for i in range(3):
@@ -227,20 +260,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
                     coupling[m, r] += share * divergence[r]
                 for n in range(n_p):
                     matrix[row, pressure_slot[n]] -= share * pressure_shapes[cell, q, n] / field_bulk
-        for m in range(n_p):
-            for r in range(3 * n_nodes):
-                matrix[displacement_slot[r], pressure_slot[m]] = coupling[m, r]
-                matrix[pressure_slot[m], displacement_slot[r]] = coupling[m, r]
-        block = 0
-        for i in range(3):
-            for k in range(i, 3):
-                for a in range(n_nodes):
-                    row = displacement_slot[3 * a + i]
-                    for c in range(n_nodes):
-                        column = displacement_slot[3 * c + k]
-                        matrix[row, column] = blocks[block, a, c]
-                        matrix[column, row] = blocks[block, a, c]
-                block += 1
+        place(blocks, coupling, displacement_slot, pressure_slot, matrix)
         largest = 0.0
         for r in range(3 * n_nodes):
             largest = max(largest, abs(residual[displacement_slot[r]]))

@@ -5,33 +5,29 @@ Every converged state is on disk before the next one is begun; a state that did 
 
 from __future__ import annotations
 
-import hashlib
-import io
-import json
 import resource
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tubefoot.design.finger import FingerDesign
-from tubefoot.errors import ConfigError, ConvergenceError
+from tubefoot.errors import ConvergenceError
 from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.fields import write_fields, write_index
 from tubefoot.fea.finger_model import HALF, FingerModel, SolveSettings, build_finger, largest_stretch
 from tubefoot.fea.gaps import FacingWalls, facing_walls, smallest_gap
-from tubefoot.fea.items import State
+from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import Stresses, percentile
 from tubefoot.fea.mesh import scaled_jacobian
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.path import StepControl, follow
-from tubefoot.records import Run, read_table, write_json, write_table, write_whole
+from tubefoot.records import Run, write_json
 from tubefoot.units import DEG, KPA, ML
 
-Row = dict[str, Any]
 Progress = Callable[[Row], None]
 
 CURVE_COLUMNS = (
@@ -103,13 +99,13 @@ def solve_design(
     settings = settings or SolveSettings()
     record = {"design": design.model_dump(mode="json"), "solve": settings.model_dump(mode="json")}
     run = Run(directory, "solve", record)
-    ledger = _Ledger.open(run, record, overwrite)
+    ledger = Ledger.open(run, record, overwrite)
     if ledger.summary is not None:
         return SolveResult(run.directory, ledger.curve, ledger.regions, ledger.summary)
     finger = build_finger(design, settings)
     recorder = _Recorder(finger, run, ledger, progress)
     stepping = StepControl(states=settings.states)
-    known = [ledger.load(k, finger) for k in range(len(ledger.curve))]
+    known = [ledger.load(k, finger.model.n_unknowns) for k in range(len(ledger.curve))]
     failure: ConvergenceError | None = None
     try:
         path = follow(finger.model, finger.goal, finger.limits, stepping, recorder, known)
@@ -124,96 +120,10 @@ def solve_design(
     return SolveResult(run.directory, ledger.curve, ledger.regions, summary)
 
 
-@dataclass
-class _Ledger:
-    """What of a run is on disk: the rows so far and the state behind each."""
-
-    run: Run
-    key: str
-    curve: list[Row] = field(default_factory=list)
-    regions: list[Row] = field(default_factory=list)
-    units: list[Row] = field(default_factory=list)
-    summary: dict[str, Any] | None = None
-    spent: dict[str, float] = field(default_factory=lambda: {"cpu_s": 0.0, "wall_s": 0.0})
-
-    @classmethod
-    def open(cls, run: Run, record: dict[str, Any], overwrite: bool) -> _Ledger:
-        key = hashlib.sha256(json.dumps(record, sort_keys=True).encode()).hexdigest()
-        ledger = cls(run, key)
-        marker = run.path("states/key.json")
-        if marker.exists():
-            found = json.loads(marker.read_text())
-            if found["key"] != key and not overwrite:
-                raise ConfigError(
-                    f"{run.directory} holds the solve of another design or of other settings; "
-                    "choose another --out, or add --overwrite"
-                )
-            if found["key"] == key and not overwrite:
-                ledger._read(found)
-                return ledger
-        ledger._clear()
-        write_json(marker, {"key": key, **ledger.spent})
-        return ledger
-
-    def _read(self, found: dict[str, Any]) -> None:
-        self.spent = {name: float(found.get(name, 0.0)) for name in self.spent}
-        if self.run.path("curve.csv").exists():
-            self.curve = read_table(self.run.path("curve.csv"))
-            self.curve = [row for row in self.curve if self._state_path(int(row["step"])).exists()]
-            steps = {row["step"] for row in self.curve}
-            for name in ("regions", "units"):
-                rows = read_table(self.run.path(f"{name}.csv"))
-                setattr(self, name, [row for row in rows if row["step"] in steps])
-        if (summary := self.run.path("summary.json")).exists():
-            found = json.loads(summary.read_text())
-            self.summary = found if found["converged"] else None
-
-    def _clear(self) -> None:
-        for pattern in ("states/*", "fields/*", "*.csv", "summary.json", "fields.pvd"):
-            for path in self.run.directory.glob(pattern):
-                path.unlink()
-
-    def append(self, row: Row, regions: list[Row], units: list[Row], step: Step) -> None:
-        """Put a converged state on disk: the state first, then the tables that name it."""
-        buffer = io.BytesIO()
-        np.savez(
-            buffer,
-            unknowns=step.state.unknowns,
-            pressures=step.state.pressures,
-            parameter=step.state.parameter,
-            volumes=step.volumes,
-            energy=step.energy,
-            min_jacobian=step.min_jacobian,
-            iterations=step.iterations,
-        )
-        write_whole(self._state_path(len(self.curve)), buffer.getvalue())
-        self.regions += regions
-        self.units += units
-        self.curve.append(row)
-        write_table(self.run.path("units.csv"), self.units)
-        write_table(self.run.path("regions.csv"), self.regions)
-        write_table(self.run.path("curve.csv"), self.curve, CURVE_COLUMNS)
-
-    def note_spent(self, cpu_s: float, wall_s: float) -> None:
-        spent = {"cpu_s": self.spent["cpu_s"] + cpu_s, "wall_s": self.spent["wall_s"] + wall_s}
-        write_json(self.run.path("states/key.json"), {"key": self.key, **spent})
-
-    def load(self, number: int, finger: FingerModel) -> Step:
-        data = np.load(self._state_path(number))
-        if len(data["unknowns"]) != finger.model.n_unknowns:
-            raise ConfigError(f"{self.run.directory} holds states of another mesh; add --overwrite")
-        state = State(data["unknowns"], data["pressures"], float(data["parameter"]))
-        numbers = (int(data["iterations"]), float(data["energy"]), float(data["min_jacobian"]))
-        return Step(state, *numbers, volumes=data["volumes"])
-
-    def _state_path(self, number: int) -> Path:
-        return self.run.path(f"states/{number:04d}.npz")
-
-
 class _Recorder:
     """Turns converged steps into rows, tables and fields on disk; the path's observer."""
 
-    def __init__(self, finger: FingerModel, run: Run, ledger: _Ledger, progress: Progress | None):
+    def __init__(self, finger: FingerModel, run: Run, ledger: Ledger, progress: Progress | None):
         self.finger, self.run, self.ledger, self.progress = finger, run, ledger, progress
         self.walls: list[FacingWalls] = facing_walls(
             finger.mesh, finger.design.profile.pitch, finger.design.profile.units
@@ -244,6 +154,7 @@ class _Recorder:
             "largest_stretch_p999": stretch,
             "wall_s": wall_s,
         }
+        row = {name: row[name] for name in CURVE_COLUMNS}
         self.ledger.append(row, region_rows(number, stresses), self._unit_rows(number, stresses), step)
         self.ledger.note_spent(time.process_time() - self._cpu_started, self.run.wall_s)
         if self.finger.settings.fields == "all" and number > 0:
