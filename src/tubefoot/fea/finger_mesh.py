@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.design.profile import Profile
-from tubefoot.fea.elements import element_kind
 from tubefoot.fea.mesh import CellBlock, FacetSet, Mesh, require_quality
 from tubefoot.fea.profile_mesh import Divisions, ProfileMesh, line_nodes, mesh_profile
 
@@ -174,9 +173,3 @@ def mirror_points(mesh: Mesh) -> IntArray:
     return cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0, 1.0])[1]
 
 
-def cells_per_kind(mesh: Mesh) -> dict[str, int]:
-    """Number of cells of each kind.
-
-    mesh : the mesh to count
-    """
-    return {element_kind(block.kind).name: len(block.nodes) for block in mesh.blocks}

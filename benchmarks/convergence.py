@@ -1,0 +1,110 @@
+"""`python -m benchmarks.convergence [--units N] [--refinements 1 2 3 4]`: which element, which mesh.
+
+Solves a finger to P_right = 35 kPa on nested meshes (each line of the coarsest cut into 1, 2, 3, ... cells)
+with three pressure spaces of the 27-node hexahedron: Taylor-Hood, discontinuous linear, and none
+(displacement only, which locks). Prints the table of docs/verification.md and writes build/convergence.json;
+the limit of each family is extrapolated from its three finest meshes.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+import numpy as np
+
+from tubefoot.design.finger import FingerDesign
+from tubefoot.fea.cavity import Cavity
+from tubefoot.fea.drive import Control, Drive
+from tubefoot.fea.equilibrium import Model
+from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
+from tubefoot.fea.finger_model import ogden_law
+from tubefoot.fea.measures import SectionRotation, Stresses, percentile
+from tubefoot.fea.path import Limit, StepControl, follow
+from tubefoot.fea.profile_mesh import Divisions
+from tubefoot.fea.solid import Solid
+from tubefoot.records import write_json
+from tubefoot.units import DEG, KPA
+
+FAMILIES = {"continuous": "Taylor-Hood", "linear": "discontinuous linear", "none": "displacement only"}
+COARSEST_MM = 3.0
+
+
+def solve(design: FingerDesign, refinement: int, space: str) -> dict[str, float]:
+    """Angle, suction pressure and stress at 35 kPa on one mesh."""
+    mesh = finger_mesh(
+        design.profile, divisions=Divisions.of(design.profile, COARSEST_MM).refined(refinement)
+    )
+    solid = Solid(mesh, {"*": ogden_law(design.body)}, pressure=space)
+    cavities = [Cavity(mesh, f"cavity_{hand}", k) for k, hand in enumerate(("right", "left"))]
+    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, Drive.pump())
+    started, cpu = time.perf_counter(), time.process_time()
+    goal = Limit(Control("pressure", 35 * KPA), "goal")
+    last = follow(model, goal, stepping=StepControl(states=4)).steps[-1]
+    stresses = Stresses.of(mesh, solid, last.state)
+    angle, _ = SectionRotation(mesh, mesh.facet_set("tip").points)(last.state.unknowns)
+    return {
+        "cells": mesh.n_cells,
+        "unknowns": model.system.size,
+        "bend_deg": angle / DEG,
+        "pressure_left_kpa": float(last.state.pressures[1]) / KPA,
+        "von_mises_p99_kpa": percentile(stresses.von_mises, stresses.weights, 0.99) / KPA,
+        "min_jacobian": last.min_jacobian,
+        "wall_s": time.perf_counter() - started,
+        "cpu_s": time.process_time() - cpu,
+    }
+
+
+def limit(refinements: list[int], values: list[float]) -> tuple[float, float]:
+    """The value that a + b h^p tends to, through the three finest meshes, and the order p.
+
+    Where the last changes do not shrink like a power, the finest value stands and the order is NaN.
+    """
+    h = 1.0 / np.array(refinements[-3:], dtype=float)
+    v = np.array(values[-3:])
+    wanted = (v[0] - v[1]) / (v[1] - v[2])
+    orders = np.linspace(0.3, 6.0, 5701)
+    ratios = (h[0] ** orders - h[1] ** orders) / (h[1] ** orders - h[2] ** orders)
+    best = int(np.argmin(np.abs(ratios - wanted)))
+    if abs(ratios[best] - wanted) > 0.02 * abs(wanted):
+        return float(v[-1]), float("nan")
+    power = orders[best]
+    slope = (v[1] - v[2]) / (h[1] ** power - h[2] ** power)
+    return float(v[2] - slope * h[2] ** power), float(power)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--units", type=int, default=3)
+    parser.add_argument("--refinements", type=int, nargs="+", default=[1, 2, 3, 4])
+    parser.add_argument("--families", nargs="+", default=list(FAMILIES), choices=FAMILIES)
+    arguments = parser.parse_args()
+    design = FingerDesign().with_bellows(units=arguments.units)
+    table: dict[str, list[dict[str, float]]] = {}
+    print(
+        "| pressure space | cells | unknowns | angle [deg] | P_left [kPa] | von Mises p99 [kPa] | min det F |"
+    )
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for space in arguments.families:
+        rows = table.setdefault(space, [])
+        for refinement in arguments.refinements:
+            row = solve(design, refinement, space)
+            rows.append(row)
+            write_json(Path(f"build/convergence-{arguments.units}.json"), table)
+            print(
+                f"| {FAMILIES[space]} | {row['cells']} | {row['unknowns']} | {row['bend_deg']:.3f} | "
+                f"{row['pressure_left_kpa']:.2f} | {row['von_mises_p99_kpa']:.1f} | "
+                f"{row['min_jacobian']:.2f} |",
+                flush=True,
+            )
+        if len(rows) >= 3:
+            angle, angle_order = limit(arguments.refinements, [row["bend_deg"] for row in rows])
+            left, left_order = limit(arguments.refinements, [row["pressure_left_kpa"] for row in rows])
+            print(
+                f"| {FAMILIES[space]} | limit | | {angle:.3f} (order {angle_order:.1f}) | "
+                f"{left:.2f} (order {left_order:.1f}) | | |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()
