@@ -142,6 +142,13 @@ def test_3mf_has_names_materials_colours_and_places(parts, directory):
     built = [seen[item.get("objectid")] for item in root.iter(f"{CORE}item")]
     assert built.count("plug") == built.count("connector") == 2
     assert len(built) == 10
+    shifts = {name: set() for name in NAMES}
+    for item in root.iter(f"{CORE}item"):
+        numbers = (item.get("transform") or "1 0 0 0 1 0 0 0 1 0 0 0").split()
+        shifts[seen[item.get("objectid")]].add(tuple(map(float, numbers[9:])))
+    for name, found in shifts.items():
+        assert found == set(parts[name].shifts), name
+    assert len(shifts["plug"]) == 2
 
 
 def test_walls_are_measured_on_the_meshes(reference, exported, directory):
