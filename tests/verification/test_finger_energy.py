@@ -16,9 +16,9 @@ from tubefoot.fea.solid import OgdenLaw, Solid
 REFERENCE = Path(__file__).parents[2] / "examples" / "designs" / "reference-3.toml"
 
 
-@pytest.fixture(scope="module")
-def design():
-    return load_design(REFERENCE).with_bellows(units=1)
+@pytest.fixture(scope="module", params=[1, pytest.param(3, marks=pytest.mark.slow)])
+def design(request):
+    return load_design(REFERENCE).with_bellows(units=request.param)
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +54,7 @@ def test_work_of_both_fluids_is_the_strain_energy_along_the_path(design, mesh):
     steps = follow(model, np.linspace(0.0, 0.25 * model.rest_volumes[0], 13)[1:])
     pressures = np.vstack([np.zeros(2), *(step.state.pressures for step in steps)])
     volumes = np.vstack([model.rest_volumes, *(step.volumes for step in steps)])
-    assert pressures[-1, 0] > 0.02 > 0 > pressures[-1, 1]
+    assert pressures[-1, 0] > 0.015 > 0 > pressures[-1, 1]
     work = np.cumsum((0.5 * (pressures[1:] + pressures[:-1]) * np.diff(volumes, axis=0)).sum(axis=1))
     energy = np.array([step.energy for step in steps])
     # The trapezoidal rule over twelve steps is good to 2e-5.
@@ -64,8 +64,8 @@ def test_work_of_both_fluids_is_the_strain_energy_along_the_path(design, mesh):
 
 def test_what_leaves_one_chamber_enters_the_other(design, mesh):
     model = finger_model(design, mesh)
-    (step,) = follow(model, [40.0])
-    assert step.volumes - model.rest_volumes == pytest.approx([40.0, -40.0], rel=1e-6)
+    (step,) = follow(model, [30.0])
+    assert step.volumes - model.rest_volumes == pytest.approx([30.0, -30.0], rel=1e-6)
 
 
 def test_air_columns_take_their_share_of_the_pumped_volume(design, mesh):
