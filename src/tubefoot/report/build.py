@@ -11,6 +11,8 @@ from tubefoot.report.page import write_page
 from tubefoot.report.pictures import draw_pictures
 from tubefoot.report.runs import load_runs
 
+MOST_NAMED = 4
+
 
 @dataclass(frozen=True)
 class Report:
@@ -31,7 +33,7 @@ def write_report(
     """The report of the runs in some directories, as `report.html` and `figures/`.
 
     paths : run directories; directory : where the report goes
-    title : heading of the page; the names of the runs if not given
+    title : heading of the page; the names of a few runs, else their number, if not given
     claims_from : further directories with a `claims.json`
     say : told of each step
 
@@ -41,6 +43,7 @@ def write_report(
     gallery = draw_pictures(runs, directory / "figures", say)
     claims = load_claims([*paths, *claims_from], gallery.keys)
     say("page")
-    heading = title or ", ".join(run.name for run in runs)
+    names = ", ".join(run.name for run in runs)
+    heading = title or (names if len(runs) <= MOST_NAMED else f"{len(runs)} runs")
     page = write_page(directory / "report.html", heading, runs, gallery, claims)
     return Report(page, [picture.png for picture in gallery.pictures], gallery.missing)

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from tubefoot.report.look import End, Picture, figure_of, label_ends, line_of, save, styled
+from tubefoot.report.look import End, Picture, label_ends, line_of, save, styled
 from tubefoot.report.runs import RunRecord
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ RELATIONS = (
         "pumped_volume_ml",
         "pressure_right_kpa",
         "pressure_left_kpa",
-        "chamber pressure [kPa]",
+        "chamber pressure [kPa]\n(solid: right, dashed: left)",
     ),
     Relation(
         "volume-angle",
@@ -110,8 +110,4 @@ def _draw(axes: Axes, relation: Relation, runs: Sequence[RunRecord]) -> None:
     axes.axhline(0.0, color="#9a9a9a", linewidth=0.7, zorder=0.5)
     axes.set_xlabel(COLUMN_NAMES[relation.x])
     axes.set_ylabel(relation.y_name or COLUMN_NAMES[relation.y])
-    if relation.y_left:
-        note: dict[str, Any] = {"fontsize": 8.0, "fontweight": "normal", "color": "#555555"}
-        axes.set_title("right chamber solid, left dashed", loc="right", **note)
-    figure_of(axes).draw_without_rendering()
     label_ends(axes, ends)

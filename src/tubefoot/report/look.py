@@ -6,6 +6,7 @@ import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,6 +35,7 @@ STYLE: dict[Any, Any] = {
     "grid.color": "#e3e3e3",
     "grid.linewidth": 0.6,
     "axes.axisbelow": True,
+    "axes.ymargin": 0.09,
     "lines.linewidth": 1.6,
     "lines.markersize": 4.0,
     "svg.fonttype": "none",
@@ -105,11 +107,15 @@ def save(canvas: Canvas, directory: Path, key: str, vector: bool) -> tuple[Path,
     from matplotlib import pyplot
 
     files: list[Path] = []
+    if canvas.get_layout_engine() is not None:
+        # Laid out once: a second pass would cost as much as the drawing.
+        canvas.draw_without_rendering()
+        canvas.set_layout_engine("none")
     for kind in ("png", "svg")[: 2 if vector else 1]:
         buffer = io.BytesIO()
         # No date: the same records give the same file.
         metadata = {"Date": None} if kind == "svg" else None
-        canvas.savefig(buffer, format=kind, dpi=PRINT_DPI, bbox_inches="tight", metadata=metadata)
+        canvas.savefig(buffer, format=kind, dpi=PRINT_DPI, metadata=metadata)
         files.append(write_whole(directory / f"{key}.{kind}", buffer.getvalue()))
     pyplot.close(canvas)
     return files[0], files[1] if vector else None
@@ -141,7 +147,6 @@ def label_ends(axes: Axes, ends: Sequence[End]) -> None:
 
     axes : where the lines were drawn, with their final limits; ends : of the lines
     """
-    from matplotlib.patheffects import withStroke
     from matplotlib.transforms import offset_copy
 
     canvas = figure_of(axes)
@@ -150,7 +155,7 @@ def label_ends(axes: Axes, ends: Sequence[End]) -> None:
     wide, high = np.ptp(axes.get_xlim()) / box.width, np.ptp(axes.get_ylim()) / box.height
     letter, line = 0.62 * LABEL_POINTS * per_point * wide, 1.25 * LABEL_POINTS * per_point * high
     beside = offset_copy(axes.transData, canvas, x=6, units="points")
-    halo = [withStroke(linewidth=3, foreground="white")]
+    paper = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6}
     for end, height in zip(ends, _apart(ends, letter, line), strict=True):
         look: dict[str, Any] = {
             "color": end.colour,
@@ -158,26 +163,33 @@ def label_ends(axes: Axes, ends: Sequence[End]) -> None:
             "fontweight": "bold",
             "va": "center",
         }
-        axes.text(end.x, height, end.name, transform=beside, path_effects=halo, **look)
+        axes.text(end.x, height, end.name, transform=beside, bbox=paper, **look)
 
 
 def _apart(ends: Sequence[End], letter: float, line: float) -> list[float]:
-    """Heights of the names: those that would overlap are stacked, about their middle if all of them do.
+    """Heights of the names: those that would overlap are stacked, about the middle of where they belong.
 
     letter, line : width of a letter and height of a line, in the units of the axes
     """
-    places = [end.y + end.lean * line for end in ends]
-    order = sorted(range(len(ends)), key=lambda i: (places[i], i))
-    for rank, i in enumerate(order[1:], 1):
-        below = [j for j in order[:rank] if _meet(ends[i], ends[j], letter)]
-        places[i] = max([places[i], *(places[j] + line for j in below)])
-    if all(_meet(ends[i], ends[order[0]], letter) for i in order[1:]):
-        shift = float(np.mean([place - end.y for place, end in zip(places, ends, strict=True)]))
-        return [place - shift for place in places] if not any(end.lean for end in ends) else places
+    wanted = [end.y + end.lean * line for end in ends]
+    places = list(wanted)
+    for group in _columns(ends, letter):
+        group.sort(key=lambda i: wanted[i])
+        for below, i in pairwise(group):
+            places[i] = max(wanted[i], places[below] + line)
+        shift = float(np.mean([places[i] - wanted[i] for i in group]))
+        for i in group:
+            places[i] -= shift
     return places
 
 
-def _meet(one: End, other: End, letter: float) -> bool:
-    """Whether two names would share columns of the figure."""
-    left, right = sorted([one, other], key=lambda end: end.x)
-    return left.x + letter * len(left.name) >= right.x
+def _columns(ends: Sequence[End], letter: float) -> list[list[int]]:
+    """Numbers of the names, in groups that share columns of the figure."""
+    groups: list[list[int]] = []
+    reach = -np.inf
+    for i in sorted(range(len(ends)), key=lambda i: ends[i].x):
+        if not groups or ends[i].x > reach:
+            groups.append([])
+        groups[-1].append(i)
+        reach = max(reach, ends[i].x + letter * len(ends[i].name))
+    return groups

@@ -138,7 +138,11 @@ def _run_directories(path: Path) -> list[Path]:
             f"{path} holds no run: neither it nor the directories in it have a run.toml; "
             "name the directory that `tubefoot solve --out DIR` or another verb wrote"
         )
-    return below
+    return sorted(below, key=_begun)
+
+
+def _begun(directory: Path) -> str:
+    return str(read_toml(directory / "run.toml").get("run", {}).get("started_utc", ""))
 
 
 def _curve(path: Path) -> dict[str, FloatArray]:
