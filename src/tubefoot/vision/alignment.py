@@ -37,8 +37,11 @@ TUKEY = 4.685
 EDGE_ALLOWANCE_PX = 0.12
 """Misfit of an edge that is not taken for an occluder."""
 
-MOST_PIXELS = 2800
+MOST_PIXELS = 4200
 """A larger marker is compared on every other pixel, as on the black fields of a chessboard."""
+
+WINDOW_SLACK_PX = 1.5
+"""A marker that turns out to lie further than this from its start has left the window; a new one is taken [px]."""
 
 WEIGHED_NEAR_PX = 0.25
 """Weights count only if the pose that they were taken at was this near its end [px]."""
@@ -122,6 +125,11 @@ def align_marker(
                 return None
     if not problem.descend(blur_px, 12):
         return None
+    moved = np.hypot(problem.pose.x - start.x, problem.pose.z - start.z) / target.side * problem.side_px
+    if moved > WINDOW_SLACK_PX:
+        problem = _Problem(frame, plane_map, target, problem.pose, row_drift)
+        if problem.grey.size < 60 or not problem.descend(blur_px, 8):
+            return None
     return problem.fit()
 
 

@@ -106,7 +106,8 @@ class MarkerLayout(Settings):
             if gap < needed:
                 raise ValueError(
                     f"markers {lower.id} and {upper.id} are {gap:g} mm apart along z; "
-                    f"list them from the base to the tip, at least {needed:g} mm apart, so that they do not cover each other when bent"
+                    f"list them from the base to the tip, at least {needed:g} mm apart, "
+                    "so that they do not cover each other when bent"
                 )
         for marker in self.markers:
             marker_cells(self.dictionary, marker.id)
