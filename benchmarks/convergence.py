@@ -16,7 +16,7 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
-from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
+from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.measures import SectionRotation, Stresses, percentile
 from tubefoot.fea.path import Limit, StepControl, follow
