@@ -1,0 +1,94 @@
+"""The verbs `demo` and `report` as a user runs them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tubefoot.cli import demo as demo_module
+from tubefoot.cli.demo import Case, Progress, cases, demo
+from tubefoot.cli.report import report
+from tubefoot.config import read_toml
+from tubefoot.errors import ConfigError
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "designs"
+
+
+def test_the_demo_solves_the_reference_fingers_both_ways_and_the_pitches():
+    planned = {case.name: case for case in cases(quick=False)}
+    assert [case.design.bellows.units for case in planned.values()] == [3, 6, 3, 3, 3]
+    assert planned["reference-3"].design == planned["reference-3-reversed"].design
+    assert planned["reference-3-reversed"].settings.until == "pressure_left_kpa"
+    # tan(alpha) = rise / run = 3/12 and 3/9.
+    for name, slope in (("pitch-3-12", 3 / 12), ("pitch-3-9", 3 / 9)):
+        bellows = planned[name].design.bellows
+        assert bellows.fold_rise_mm / bellows.fold_run_mm == pytest.approx(slope)
+    assert all(case.settings.target == 35.0 for case in planned.values())
+
+
+def test_the_embedded_fingers_are_the_examples():
+    from tubefoot.design.finger import load_design
+
+    for case in cases(quick=False)[:2]:
+        assert load_design(EXAMPLES / f"{case.name}.toml").bellows == case.design.bellows
+
+
+def test_quick_is_coarser():
+    for quick, full in zip(cases(True), cases(False), strict=True):
+        assert quick.settings.element_size_mm > full.settings.element_size_mm
+        assert quick.design == full.design
+
+
+def test_time_left_follows_the_pace_since_the_start(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(demo_module.time, "perf_counter", lambda: now[0])
+    three, six = cases(False)[:2]
+    progress = Progress([three, six])
+    say = progress.of(three)
+    row = {"pressure_right_kpa": 0.0, "bend_deg": 0.0}
+    say(row)
+    assert "left" not in capsys.readouterr().out
+    now[0] = 10.0
+    say({**row, "pressure_right_kpa": 17.5})
+    # Half of 3 units took 10 s; 7.5 of 9 are to come.
+    assert "[1 of 2] reference-3:  17.50 kPa right,   0.00 deg, about 50 s left" in capsys.readouterr().out
+    progress.finished(three)
+    progress.of(six)
+    progress.finished(six)
+    assert "reference-6: already solved" in capsys.readouterr().out
+
+
+def test_report_wants_a_run(tmp_path):
+    with pytest.raises(ConfigError, match="no run named"):
+        report(out=tmp_path)
+
+
+@pytest.mark.slow
+def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsys):
+    planned = [
+        Case(
+            case.name,
+            case.design.with_bellows(units=min(case.design.bellows.units, 4) - 2),
+            case.settings.model_copy(update={"element_size_mm": 6.0, "states": 3}),
+        )
+        for case in cases(quick=True)
+    ]
+    monkeypatch.setattr(demo_module, "cases", lambda quick: planned)
+    demo(out=tmp_path, quick=True)
+    judged = json.loads((tmp_path / "claims.json").read_text())
+    assert [claim["id"] for claim in judged] == ["C1", "C4", "C5", "C6", "C10"]
+    assert {claim["id"]: claim["verdict"] for claim in judged}["C10"] == "holds"
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert 'id="claims"' in page
+    for claim in judged:
+        assert f'href="#{claim["figure"]}"' in page
+        assert f'id="{claim["figure"]}"' in page
+    assert read_toml(tmp_path / "run.toml")["run"]["verb"] == "demo"
+    states = sorted((tmp_path / "solves-quick").glob("*/states/*.npz"))
+    solved = [path.stat().st_mtime_ns for path in states]
+    assert len(states) > 10
+    capsys.readouterr()
+
+    demo(out=tmp_path, quick=True)
+    assert capsys.readouterr().out.count("already solved") == 5
+    assert [path.stat().st_mtime_ns for path in states] == solved
