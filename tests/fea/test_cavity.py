@@ -46,7 +46,7 @@ def test_gradient_and_load_stiffness_are_central_differences(octant):
     cavity.evaluate(unknowns)
     gradient = cavity.gradient(n)
     assert sink.residual == pytest.approx(-pressure * gradient, rel=1e-14)
-    for j in np.unique(cavity.pattern)[::7]:
+    for j in np.unique(cavity.pattern)[::19]:
         moved = unknowns.copy()
         moved[j] += step
         above, volume_above = parts(moved), cavity.volume

@@ -74,7 +74,7 @@ def test_without_mkl_superlu_is_taken(monkeypatch):
 
 @pytest.fixture(scope="module")
 def octant():
-    return sphere_octant("hexahedron27", 1.0, 1.6, 1, 2)
+    return sphere_octant("hexahedron27", 1.0, 1.6, 1, 1)
 
 
 def held(mesh):
