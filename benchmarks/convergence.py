@@ -85,9 +85,7 @@ def main() -> None:
     arguments = parser.parse_args()
     design = FingerDesign().with_bellows(units=arguments.units)
     table: dict[str, list[dict[str, float | None]]] = {}
-    print(
-        "| pressure space | cells | unknowns | angle [deg] | P_left [kPa] | von Mises p99 [kPa] | min det F |"
-    )
+    print("| pressure space | mesh | cells | unknowns | angle [deg] | P_left [kPa] | p99 [kPa] | min det F |")
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for space in arguments.families:
         rows = table.setdefault(space, [])
