@@ -171,5 +171,3 @@ def mirror_points(mesh: Mesh) -> IntArray:
     from scipy.spatial import cKDTree
 
     return cKDTree(mesh.points).query(mesh.points * [-1.0, 1.0, 1.0])[1]
-
-

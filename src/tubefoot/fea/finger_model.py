@@ -1,4 +1,4 @@
-"""A design as a model: half finger, one material, two chambers, a drive, and where its path may end."""
+"""A design as a model: half finger, two chambers, seam, a drive, and where its path may end."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import PressureSpace
 from tubefoot.fea.equilibrium import Model
+from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.measures import Centreline, SectionRotation
 from tubefoot.fea.mesh import Mesh
@@ -120,7 +121,7 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
         for number, hand in enumerate(("right", "left"))
     ]
-    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings))
+    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings), _seam(mesh, design))
     profile = design.profile
     return FingerModel(
         design,
@@ -131,6 +132,14 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         SectionRotation(mesh, mesh.facet_set("tip").points),
         Centreline(mesh, profile.bellows_length, profile.pitch),
     )
+
+
+def _seam(mesh: Mesh, design: FingerDesign) -> list[Film]:
+    """The resin film on the mid-plane, its half on this side; none for the ideal seam."""
+    seam = design.seam
+    if seam.modulus_mpa == 0.0 or seam.thickness_mm == 0.0:
+        return []
+    return [Film(mesh, "mid_plane", HALF * seam.thickness_mm, seam.modulus_mpa, seam.poisson_ratio)]
 
 
 def ogden_law(material: OgdenMaterial) -> OgdenLaw:
