@@ -41,7 +41,7 @@ MOST_PIXELS = 4200
 """A larger marker is compared on every other pixel, as on the black fields of a chessboard."""
 
 WINDOW_SLACK_PX = 1.5
-"""A marker that turns out to lie further than this from its start has left the window; a new one is taken [px]."""
+"""A marker that turns out to lie further than this from its start has left the window [px]."""
 
 WEIGHED_NEAR_PX = 0.25
 """Weights count only if the pose that they were taken at was this near its end [px]."""

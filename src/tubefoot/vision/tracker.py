@@ -24,6 +24,11 @@ LONGEST_GAP_S = 0.5
 """After this long unseen, a marker's last place says nothing any more."""
 
 
+USUAL_BLUR_PX = 0.85
+LARGEST_START_BLUR_PX = 1.5
+"""One blurred frame must not spoil the next: a descent starts at a blur no larger than this [px]."""
+
+
 @dataclass(frozen=True)
 class MarkerReading:
     """What one frame says about one marker.
@@ -89,7 +94,6 @@ class MarkerTracker:
     def __post_init__(self) -> None:
         self._finder = MarkerFinder(self.layout.dictionary)
         self._tracks: dict[int, _Track] = {}
-        self._blur_px = 0.85
 
     def measure(self, frame: NDArray[np.uint8], time_s: float) -> dict[int, MarkerReading]:
         """A reading of each marker of the layout, by id.
@@ -143,7 +147,7 @@ class MarkerTracker:
         self, grey: NDArray[np.uint8], marker_id: int, time_s: float, start: PlanarPose, coarse: bool
     ) -> MarkerReading:
         track = self._tracks.get(marker_id)
-        blur = track.blur_px if track else self._blur_px
+        blur = min(track.blur_px, LARGEST_START_BLUR_PX) if track else USUAL_BLUR_PX
         drift = (0.0, 0.0)
         if track and self.line_time_s:
             drift = (track.velocity[0] * self.line_time_s, track.velocity[1] * self.line_time_s)
@@ -176,7 +180,6 @@ class MarkerTracker:
                 (fit.pose.z - track.pose.z) / passed,
                 wrap_angle(fit.pose.angle - track.pose.angle) / passed,
             )
-        self._blur_px = fit.blur_px
         self._tracks[marker_id] = _Track(fit.pose, time_s, fit.blur_px, velocity)
 
 

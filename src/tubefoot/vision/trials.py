@@ -1,6 +1,7 @@
 """Trials: seeded sets of synthetic frames with known truth, by which accuracy claims are judged.
 
-Each case spoils the frame in one way, `all` in every way at once. A trial draws one marker at a random place and angle.
+Each case spoils the frame in one way, `all` in every way at once. A trial draws one marker at a random place
+and angle.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 
 from tubefoot.units import DEG
 from tubefoot.vision.alignment import MarkerTarget
-from tubefoot.vision.compositor import Decal, Patch, Scene, marker_decal, render, still
+from tubefoot.vision.compositor import Patch, Scene, marker_decal, render, still
 from tubefoot.vision.exposure import Exposure, expose
 from tubefoot.vision.lens import Lens
 from tubefoot.vision.plane import PlanarPose, PlaneMap, PlanePose
@@ -42,12 +43,14 @@ class Trial:
     """One frame and its truth.
 
     frame : (height, width) grey picture
+    clear : the same before anything covered the marker; the same frame where nothing does
     pose : of the marker in the plane
     plane_map : plane point of each pixel
     target : which marker it is
     """
 
     frame: NDArray[np.uint8]
+    clear: NDArray[np.uint8]
     pose: PlanarPose
     plane_map: PlaneMap
     target: MarkerTarget
@@ -80,16 +83,20 @@ def trials(
         reach = 480.0 * SIDE / side_px / SIDE
         x, z = rng.uniform(-1, 1, 2) * (reach, 0.7 * reach)
         pose = PlanarPose(float(x), float(z), float(rng.uniform(-ANGLE_LIMIT, ANGLE_LIMIT)))
-        things: list[Decal | Patch] = [marker_decal(dictionary, marker_id, SIDE, still(pose))]
-        if covered > 0:
-            things.append(_cover(pose, covered, rng))
+        marker = marker_decal(dictionary, marker_id, SIDE, still(pose))
         exposure = replace(
             CASES[case],
             motion_direction=float(rng.uniform(0, np.pi)),
             gradient_direction=float(rng.uniform(0, 2 * np.pi)),
         )
-        frame = expose(render(Scene(lens, plane, things)), exposure, rng)
-        yield Trial(frame, pose, PlaneMap(lens, plane), MarkerTarget(dictionary, marker_id, SIDE, SIDE / 6))
+        clear = expose(render(Scene(lens, plane, [marker])), exposure, rng)
+        frame = clear
+        if covered > 0:
+            scene = Scene(lens, plane, [marker, _cover(pose, covered, rng)])
+            frame = expose(render(scene), exposure, rng)
+        yield Trial(
+            frame, clear, pose, PlaneMap(lens, plane), MarkerTarget(dictionary, marker_id, SIDE, SIDE / 6)
+        )
 
 
 def _cover(pose: PlanarPose, share: float, rng: np.random.Generator) -> Patch:

@@ -7,7 +7,9 @@ uncertainty is small.
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field
 
 from tubefoot.config import Settings
@@ -27,7 +29,7 @@ class Acceptance(Settings):
     """largest relative deviation from the nominal size in the plane"""
     cell_error: float = Field(default=0.35, gt=0, le=1)
     """a cell that is further off than this share of the contrast counts as covered"""
-    sigma_deg: float = Field(default=0.5, gt=0, le=10)
+    sigma_deg: float = Field(default=0.15, gt=0, le=10)
     """largest standard uncertainty of the angle"""
     residual: float = Field(default=0.12, gt=0, le=1)
     """largest misfit of the visible part, as a share of the contrast"""
@@ -63,9 +65,18 @@ def _code_fault(fit: Fit, target: MarkerTarget, limits: Acceptance) -> str:
     off = np.abs(errors) > limits.cell_error
     if np.mean(off) > 1 - limits.visible:
         return "covered"
+    if not _reaches_edge(off):
+        return "cells of another marker"
     read = (cells + errors > 0.5)[1:-1, 1:-1]
     codes = all_codes(target.dictionary)
     distances = np.sum(codes != read, axis=(2, 3))
     own = int(distances[target.marker_id, 0])
     distances[target.marker_id, 0] = read.size
     return "" if own < int(np.min(distances)) else "reads as another marker"
+
+
+def _reaches_edge(off: NDArray[np.bool_]) -> bool:
+    """Whether every patch of wrong cells comes in from outside, as what covers a marker does."""
+    count, patches = cv2.connectedComponents(off.astype(np.uint8), connectivity=8)
+    ring = np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]])
+    return set(range(1, count)) <= set(ring.tolist())
