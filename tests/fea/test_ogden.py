@@ -87,6 +87,7 @@ DEFORMATIONS = {
     "two equal stretches": np.diag([1.5, 0.9, 0.9]),
     "nearly equal, limit formula": np.diag([1.5, 0.9, 0.9 * (1 + 3e-6)]),
     "nearly equal, quotient": np.diag([1.5, 0.9, 0.9 * (1 + 1e-4)]),
+    "half a percent apart": np.diag([1.5, 0.9, 0.9 * 1.005]),
     "three equal stretches": 1.2 * np.eye(3),
     "three nearly equal stretches": np.diag([1.0, 1 + 4e-6, 1 - 5e-6]),
     "undeformed": np.eye(3),
