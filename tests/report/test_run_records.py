@@ -84,3 +84,9 @@ def test_a_run_of_another_verb_needs_no_curve(tmp_path):
     assert not run.is_solve
     assert run.name == tmp_path.name
     assert np.size(list(run.states)) == 0
+
+
+def test_an_interrupted_run_is_to_be_finished_first(tmp_path):
+    write_table(tmp_path / "curve.csv", curve_rows())
+    with pytest.raises(ConfigError, match="interrupted run; give its command again"):
+        load_runs([tmp_path])

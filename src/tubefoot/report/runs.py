@@ -132,6 +132,8 @@ def _run_directories(path: Path) -> list[Path]:
     own = path / "run.toml"
     if own.exists() and read_toml(own).get("run", {}).get("verb") not in COLLECTING_VERBS:
         return [path]
+    if not own.exists() and (path / "curve.csv").exists():
+        raise ConfigError(f"{path} holds an interrupted run; give its command again, then report")
     below = [file.parent for file in sorted(path.glob("*/run.toml")) + sorted(path.glob("*/*/run.toml"))]
     if not below:
         raise ConfigError(
