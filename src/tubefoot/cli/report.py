@@ -19,7 +19,7 @@ def report(*run: Path, out: Path = Path("out/report"), title: str | None = None)
     out
         Directory for report.html, figures/ and run.toml.
     title
-        Heading of the page; the names of the runs if not given.
+        Heading of the page; made of the runs' names if not given.
     """
     from tubefoot.errors import ConfigError
     from tubefoot.records import Run
