@@ -1,10 +1,14 @@
 """Cavities: volume, its derivatives, load stiffness, rigid motion; the air column."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from probe import DenseSink
 
+from mapped_box import mapped_box
 from octant import cylinder_quarter, sphere_octant
+from tubefoot.errors import GeometryError
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import air_uptake
 from tubefoot.fea.elements import element_kind
@@ -103,3 +107,14 @@ def test_air_column_follows_boyle_and_its_slope_is_a_central_difference(pressure
 def test_one_millilitre_of_air_takes_up_a_quarter_at_35_kpa_and_half_at_minus_35():
     assert air_uptake(0.035, 1000.0)[0] == pytest.approx(256.7, abs=0.1)
     assert air_uptake(-0.035, 1000.0)[0] == pytest.approx(-527.7, abs=0.1)
+
+
+def test_an_open_wall_is_refused():
+    mesh = mapped_box("hexahedron27", (1, 1, 1), lambda p: p + 1.0)
+    walls = ["x_min", "x_max", "y_min", "y_max", "z_min"]
+    nodes = np.vstack([mesh.facet_set(wall).nodes for wall in walls])
+    opened = replace(mesh, facets={**mesh.facets, "open": FacetSet("quad9", nodes)})
+    with pytest.raises(GeometryError, match="open near"):
+        Cavity(opened, "open", 0)
+    at_plane = replace(opened, points=opened.points - [0.0, 0.0, 2.0])
+    assert Cavity(at_plane, "open", 0).volume == pytest.approx(-1.0)

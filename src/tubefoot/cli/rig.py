@@ -23,6 +23,7 @@ Sim = Annotated[
     bool, Parameter(help="the real firmware on a simulated board, instead of a port", negative="")
 ]
 RigFile = Annotated[Path | None, Parameter(name="--rig", help="rig file (TOML); defaults if not given")]
+Out = Annotated[Path, Parameter(help="directory for the results")]
 Seed = Annotated[int, Parameter(help="seed of the simulated sensors' noise")]
 
 
@@ -34,7 +35,7 @@ def check(
     rig_file: RigFile = None,
     pump: Annotated[bool, Parameter(help="run the pump for 0.2 s each way")] = True,
     seed: Seed = 0,
-    out: Path = Path("out/rig-check"),
+    out: Out = Path("out/rig-check"),
 ) -> None:
     """Ask the bench whether it is fit to work: link, samples, supply, sensors, pump.
 
@@ -67,14 +68,14 @@ def check(
 
 @rig_app.command
 def calibrate(
-    what: Literal["pressure", "supply", "pump"],
+    what: Annotated[Literal["pressure", "supply", "pump"], Parameter(help="what is calibrated")],
     /,
     *,
     port: Port = None,
     sim: Sim = False,
     rig_file: RigFile = None,
     seed: Seed = 0,
-    out: Path = Path("out/rig-calibrate"),
+    out: Out = Path("out/rig-calibrate"),
 ) -> None:
     """Calibrate the pressure sensors, the supply's influence on them, or the pump, step by step.
 
@@ -99,17 +100,19 @@ def calibrate(
 
 @rig_app.command
 def pulse(
-    direction: Literal["forward", "reverse"],
+    direction: Annotated[
+        Literal["forward", "reverse"], Parameter(help="forward presses into the right chamber")
+    ],
     /,
     *,
-    duty: float = 0.8,
-    duration_s: float = 0.5,
-    settle_s: float = 0.5,
+    duty: Annotated[float, Parameter(help="share of full speed, 0 to 1")] = 0.8,
+    duration_s: Annotated[float, Parameter(help="how long the pump runs [s]")] = 0.5,
+    settle_s: Annotated[float, Parameter(help="wait before the pressures are read [s]")] = 0.5,
     port: Port = None,
     sim: Sim = False,
     rig_file: RigFile = None,
     seed: Seed = 0,
-    out: Path = Path("out/rig-pulse"),
+    out: Out = Path("out/rig-pulse"),
 ) -> None:
     """Run the pump once and tell what the pressures did; forward presses into the right chamber.
 
@@ -176,7 +179,7 @@ def record(
     sim: Sim = False,
     rig_file: RigFile = None,
     seed: Seed = 0,
-    out: Path = Path("out/rig-record"),
+    out: Out = Path("out/rig-record"),
 ) -> None:
     """Record everything that happens on the bench into one MCAP file, and run a list of pulses if given.
 
@@ -203,7 +206,7 @@ def record(
 
 
 @rig_app.command
-def repair(recording: Path, /) -> None:
+def repair(recording: Annotated[Path, Parameter(help="MCAP file")], /) -> None:
     """Give a recording whose program was killed its index, so that every viewer opens it.
 
     Example: tubefoot rig repair out/rig-record/bench.mcap

@@ -11,6 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from tubefoot.errors import GeometryError
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
@@ -61,6 +62,23 @@ def facet_volumes(positions, shape, slope_s, slope_t, weights, volume, gradient,
                         hessian[facet, 3 * a + j, 3 * b + i] -= value
 
 
+def _require_closed(mesh: Mesh, facets: str) -> None:
+    """Every edge of the wall that only one facet has must lie in a coordinate plane through the origin."""
+    wall = mesh.facet_set(facets)
+    corners = wall.nodes[:, : element_kind(wall.kind).n_corners]
+    edges = np.stack([corners, np.roll(corners, -1, axis=1)], axis=-1).reshape(-1, 2)
+    _, first, count = np.unique(np.sort(edges, axis=1), axis=0, return_index=True, return_counts=True)
+    rim = edges[first[count == 1]]
+    size = float(np.ptp(mesh.points, axis=0).max())
+    in_plane = (np.abs(mesh.points[rim]) < 1e-9 * size).all(axis=1).any(axis=1)
+    if not in_plane.all():
+        x, y, z = mesh.points[rim[~in_plane][0, 0]]
+        raise GeometryError(
+            f"the cavity wall `{facets}` is open near x = {x:.3g}, y = {y:.3g}, z = {z:.3g} mm: close it, or "
+            "let its rim lie in a coordinate plane through the origin (a plane of symmetry)"
+        )
+
+
 class Cavity:
     """The fluid inside a closed wall; as an item it adds the work of its pressure."""
 
@@ -70,12 +88,15 @@ class Cavity:
         mesh : the mesh; facets : name of the wall's facet set
         number : which of the state's pressures is this fluid's
         air_volume : volume of the trapped-air column of its pressure branch at zero gauge [mm^3]
+
+        Raises GeometryError when the wall has an opening that no symmetry plane closes.
         """
         self.name = facets
         self.number = number
         self.air_volume = air_volume
         wall = mesh.facet_set(facets)
         kind = element_kind(wall.kind)
+        _require_closed(mesh, facets)
         self._nodes = wall.nodes
         self._rest = mesh.points
         self._shape = kind.shape(kind.quadrature_points)
