@@ -208,7 +208,10 @@ def _draw_patch(picture: Picture, scene: Scene, patch: Patch, time_s: float, shu
         )
         on_grid = ((outline - (x0, y0) + 0.5) * count - 0.5) * 16
         mask = np.zeros(cover.shape, dtype=np.uint8)
-        cv2.fillPoly(mask, [np.rint(on_grid).astype(np.int32)], 255, cv2.LINE_AA, shift=4)
+        corners = np.rint(on_grid).astype(np.int32)
+        cv2.fillPoly(mask, [corners], 255, cv2.LINE_8, shift=4)
+        # fillPoly also fills every sub-sample that the outline touches: half of each is outside
+        cv2.polylines(mask, [corners], True, 127, 1, cv2.LINE_8, shift=4)
         cover += mask / np.float32(255)
     cover /= shutter.steps
     level = np.broadcast_to(np.asarray(patch.reflectance, dtype=np.float32), picture.shape[2:])

@@ -130,7 +130,6 @@ class VideoFile(CameraBase):
         """The next frame; raises LinkError when the file breaks off before its promised end."""
         if self._capture is None:
             raise LinkError(f"{self.path} is not open; open it first, or use it in a `with` block")
-        stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
         good, picture = self._capture.read()
         if not good:
             delivered = self._index + 1
@@ -141,6 +140,7 @@ class VideoFile(CameraBase):
                 )
             raise EndOfFrames
         self._index += 1
+        stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
         time_s = stamp if stamp > 0 or self._index == 0 else self._index / self._rate
         return Frame(np.asarray(picture, dtype=np.uint8), self._index, time_s)
 
