@@ -29,7 +29,7 @@ def test_a_small_card_lies_where_it_projects(place):
 
 
 def test_area_of_a_card_is_kept():
-    """Light of a white card on black: its area in pixels, by the shoelace formula of its projected corners."""
+    """Light of a white card on black: its area in pixels, by the shoelace formula of its outline."""
     card = Decal(np.ones((2, 2), np.float32), 20.0, 12.0, still(PlanarPose(3, 4, 0.7)))
     corners = PlanarPose(3, 4, 0.7).to_outer([[-10, -6], [10, -6], [10, 6], [-10, 6]])
     outline = np.vstack(
