@@ -88,27 +88,34 @@ def accuracy_rows() -> list[Row]:
     rows = []
     for side_px in SIDES_PX:
         for case in CASES:
-            ours, *others = (method_accuracy(method, case, side_px) for method in METHODS)
-            note = (
+            found = case_accuracy(ARUCO_METHODS, case, side_px, "4x4_50")
+            found |= case_accuracy({"pupil-apriltags": by_apriltags}, case, side_px, "apriltag_16h5")
+            ours = found.pop("ours")
+            figures = (
                 f"worst {ours.worst:.3f} bias {ours.bias:+.4f} "
                 f"within two sigma {ours.honest:.0%} missed {ours.missed:.0%}"
             )
-            for name, other in zip(list(METHOD_NAMES)[1:], others, strict=True):
+            for name, other in found.items():
                 ratio = other.deviation / ours.deviation if ours.deviation > 0 else None
-                theirs = f"; theirs worst {other.worst:.2f} missed {other.missed:.0%}"
+                note = f"{figures}; theirs worst {other.worst:.2f} missed {other.missed:.0%}"
                 title = f"vision: angle error std, {side_px} px, {case}"
-                rows.append(Row(title, ours.deviation, other.deviation, name, ratio, "deg", note + theirs))
+                rows.append(Row(title, ours.deviation, other.deviation, name, ratio, "deg", note))
     return rows
 
 
-def method_accuracy(method: Callable[[Trial], tuple[float, float]], case: str, side_px: float) -> Accuracy:
-    dictionary = "apriltag_16h5" if method is by_apriltags else "4x4_50"
-    found = [
-        (wrap_angle(angle - trial.pose.angle) / DEG if math.isfinite(angle) else math.nan, sigma / DEG)
-        for trial in trials(case, side_px, POSES, dictionary=dictionary)
-        for angle, sigma in [method(trial)]
-    ]
-    return accuracy([error for error, _ in found], [sigma for _, sigma in found])
+def case_accuracy(
+    methods: dict[str, Callable[[Trial], tuple[float, float]]], case: str, side_px: float, dictionary: str
+) -> dict[str, Accuracy]:
+    """Figures of several methods on the same frames."""
+    errors: dict[str, list[float]] = {name: [] for name in methods}
+    sigmas: dict[str, list[float]] = {name: [] for name in methods}
+    for trial in trials(case, side_px, POSES, dictionary=dictionary):
+        for name, method in methods.items():
+            angle, sigma = method(trial)
+            error = wrap_angle(angle - trial.pose.angle) / DEG if math.isfinite(angle) else math.nan
+            errors[name].append(error)
+            sigmas[name].append(sigma / DEG)
+    return {name: accuracy(errors[name], sigmas[name]) for name in methods}
 
 
 def by_alignment(trial: Trial) -> tuple[float, float]:
@@ -195,11 +202,9 @@ def _corners(trial: Trial) -> np.ndarray | None:
 
 _subpixel = None
 
-METHOD_NAMES = {
+ARUCO_METHODS = {
     "ours": by_alignment,
     "corners + PnP": by_pnp,
     "in-plane angle": by_plain_angle,
     "corners on plane": by_corners_on_plane,
-    "pupil-apriltags": by_apriltags,
 }
-METHODS = tuple(METHOD_NAMES.values())
