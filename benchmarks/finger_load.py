@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.measured import Usage
 from tubefoot.design.finger import FingerDesign, load_design
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
@@ -77,6 +78,21 @@ class FingerLoad:
             **walls,
         )
         return path
+
+
+@dataclass(frozen=True)
+class PeerRun:
+    """What another program made of the load case.
+
+    iterations : of Newton's method, those of increments that were given up included
+    displacements : (n_points, 3) [mm], correct on the tip at least; None when it did not reach the full load
+    message : why not
+    """
+
+    usage: Usage
+    iterations: int
+    displacements: FloatArray | None
+    message: str = ""
 
 
 def divisions_named(design: FingerDesign, name: str) -> Divisions:

@@ -6,15 +6,14 @@ linear solver is MKL PARDISO, which FElupe recommends; its default, SuperLU, is 
 
 import json
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.finger_load import FingerLoad, FloatArray
-from benchmarks.measured import Usage, run_measured
+from benchmarks.finger_load import FingerLoad, PeerRun
+from benchmarks.measured import run_measured
 
-FORMS = {
+KINDS = {
     "hexahedron8": "hexahedron8",  # constant pressure and volume ratio in each cell
     "hexahedron27": "hexahedron27",  # trilinear pressure and volume ratio in each cell
     "hexahedron27 continuous": "hexahedron27",  # trilinear, continuous: Taylor-Hood
@@ -23,29 +22,27 @@ FORMS = {
 """Forms, and the cells that they take."""
 
 
-@dataclass(frozen=True)
-class FelupeRun:
-    """One run: what it took, Newton iterations, displacements (n_points, 3) [mm], None when it failed."""
-
-    usage: Usage
-    iterations: int
-    displacements: FloatArray | None
-    message: str
-
-
-def run_finger(load: FingerLoad, form: str, increments: int, directory: Path, threads: int) -> FelupeRun:
+def run_finger(load: FingerLoad, form: str, increments: float, directory: Path, threads: int) -> PeerRun:
     """Solve the load case in a directory, in equal increments."""
     directory.mkdir(parents=True, exist_ok=True)
     case, out, log = load.save(directory / "case.npz"), directory / "out.npz", directory / "felupe.log"
     out.unlink(missing_ok=True)
-    command = [sys.executable, "-m", "benchmarks.peers_felupe", str(case), str(out), str(increments), form]
+    command = [
+        sys.executable,
+        "-m",
+        "benchmarks.peers_felupe",
+        str(case),
+        str(out),
+        str(round(increments)),
+        form,
+    ]
     names = ("OMP_NUM_THREADS", "MKL_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     usage = run_measured(command, log, environment=dict.fromkeys(names, str(threads)))
     text = log.read_text(errors="replace").strip()
     if usage.code != 0:
-        return FelupeRun(usage, 0, None, text.splitlines()[-1] if text else f"exit code {usage.code}")
+        return PeerRun(usage, 0, None, text.splitlines()[-1] if text else f"exit code {usage.code}")
     found = np.load(out)
-    return FelupeRun(usage, int(found["iterations"]), found["displacements"], "")
+    return PeerRun(usage, int(found["iterations"]), found["displacements"])
 
 
 def solve(case: Path, out: Path, increments: int, form: str) -> None:
@@ -61,7 +58,7 @@ def solve(case: Path, out: Path, increments: int, form: str) -> None:
         "hexahedron8": (fem.RegionHexahedron, fem.RegionHexahedronBoundary),
         "hexahedron27": (fem.RegionTriQuadraticHexahedron, fem.RegionTriQuadraticHexahedronBoundary),
     }
-    region_kind, boundary_kind = regions[FORMS[form]]
+    region_kind, boundary_kind = regions[KINDS[form]]
     space = {"disconnect": False} if form.endswith("continuous") else {}
     field = fem.FieldsMixed(region_kind(mesh), n=3, **space)
     ogden = mat.Hyperelastic(
