@@ -6,7 +6,7 @@ import pytest
 
 from tubefoot.config import load_settings, parse_settings
 from tubefoot.errors import ConfigError
-from tubefoot.vision.layout import MarkerLayout
+from tubefoot.vision.layout import MarkerLayout, reference_layout
 from tubefoot.vision.marker import marker_cells, mirror_distance
 
 GOOD = {"length_mm": 92, "markers": [{"id": 1, "z_mm": 14.5}, {"id": 2, "z_mm": 35.5}]}
@@ -57,3 +57,7 @@ def test_cells_have_a_black_border():
     cells = marker_cells("4x4_50", 4)
     assert cells.shape == (6, 6)
     assert cells[0].sum() == cells[-1].sum() == cells[:, 0].sum() == cells[:, -1].sum() == 0
+
+
+def test_reference_layout_is_the_example():
+    assert reference_layout() == load_settings("examples/vision/finger-12.toml", MarkerLayout)

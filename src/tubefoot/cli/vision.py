@@ -35,7 +35,7 @@ camera_app = App(
 
 @camera_app.command(name="print")
 def print_sheets(
-    layout: Path = Path("examples/vision/finger-12.toml"),
+    layout: Path | None = None,
     *,
     out: Path = Path("out/sheets"),
     paper: str = "a4",
@@ -50,7 +50,7 @@ def print_sheets(
     Parameters
     ----------
     layout
-        Marker layout of the finger.
+        Marker layout of the finger (TOML); the 12-unit reference finger's if not given.
     out
         Directory for the sheets.
     paper
@@ -62,15 +62,17 @@ def print_sheets(
     square_mm
         Side of a square of the board [mm].
     """
-    from tubefoot.config import load_settings
     from tubefoot.records import Run
-    from tubefoot.vision.layout import MarkerLayout
     from tubefoot.vision.sheets import board_sheet, marker_sheet
 
     board = _board(squares_x, squares_y, square_mm)
-    markers = load_settings(layout, MarkerLayout)
+    markers = _layout(layout)
     sheets = {"board": board_sheet(board, paper), "markers": marker_sheet(markers, paper)}
-    run = Run(out, "calibrate-camera print", {"layout": str(layout), "paper": paper, **_board_table(board)})
+    run = Run(
+        out,
+        "calibrate-camera print",
+        {"layout": str(layout or "reference"), "paper": paper, **_board_table(board)},
+    )
     for name, sheet in sheets.items():
         for path in sheet.save(run.path(name)):
             print(f"{name}: {path}")
@@ -80,7 +82,7 @@ def print_sheets(
 
 @camera_app.command
 def rehearse(
-    layout: Path = Path("examples/vision/finger-12.toml"),
+    layout: Path | None = None,
     *,
     out: Path = Path("out/rehearsal"),
     views: int = 18,
@@ -98,7 +100,7 @@ def rehearse(
     Parameters
     ----------
     layout
-        Marker layout of the finger.
+        Marker layout of the finger (TOML); the 12-unit reference finger's if not given.
     out
         Directory for the pictures.
     views
@@ -112,17 +114,17 @@ def rehearse(
     """
     import numpy as np
 
-    from tubefoot.config import load_settings
     from tubefoot.records import Run, write_table
     from tubefoot.units import DEG
     from tubefoot.vision.board import Board
-    from tubefoot.vision.layout import MarkerLayout
     from tubefoot.vision.rehearsal import Rehearsal, even_bend
 
     if views < 1 or frames < 1 or not abs(bend_deg) <= 120:
         raise ConfigError("rehearse needs --views >= 1, --frames >= 1 and --bend-deg between -120 and 120")
-    markers = load_settings(layout, MarkerLayout)
-    run = Run(out, "calibrate-camera rehearse", {"layout": str(layout), "bend_deg": bend_deg}, seed)
+    markers = _layout(layout)
+    run = Run(
+        out, "calibrate-camera rehearse", {"layout": str(layout or "reference"), "bend_deg": bend_deg}, seed
+    )
     rehearsal = Rehearsal(markers, seed=seed)
     board = Board()
     for index, picture in enumerate(_progress(rehearsal.board_views(board, views), "board views", views)):
@@ -150,9 +152,10 @@ def rehearse(
     write_table(run.path("truth.csv"), truth)
     run.finish()
     print(f"pictures: {run.directory}")
+    given = f" --layout {layout}" if layout else ""
     print(f"next: tubefoot calibrate-camera {run.path(VIEWS_FOLDER)} --plane-view {run.path(PLANE_FILE)} \\")
-    print(f"        --neutral {run.path(NEUTRAL_FOLDER)} --layout {layout} --out {run.path('camera')}")
-    print(f"then: tubefoot track {run.path(BENDING_FOLDER)} --layout {layout} \\")
+    print(f"        --neutral {run.path(NEUTRAL_FOLDER)}{given} --out {run.path('camera')}")
+    print(f"then: tubefoot track {run.path(BENDING_FOLDER)}{given} \\")
     print(f"        --camera {run.path('camera')}/camera.toml --out {run.path('track')}")
 
 
@@ -162,7 +165,7 @@ def calibrate(
     *,
     plane_view: str = "",
     neutral: str = "",
-    layout: Path = Path("examples/vision/finger-12.toml"),
+    layout: Path | None = None,
     out: Path = Path("out/camera"),
     squares_x: int = 7,
     squares_y: int = 9,
@@ -186,25 +189,37 @@ def calibrate(
     source
         Folder of board views, video of them, or a webcam (0, /dev/video0): move the board about before it.
     plane_view
-        Picture of the board held in the bending plane, its upper edge up; the last view of the source if
-        not given. neutral Picture, folder or video of the straight finger; sets the zero. layout Marker
-        layout of the finger. out Directory for the result. squares_x Squares of the board across. squares_y
-        Squares of the board up. square_mm Measured side of a square of the printed board [mm]. width_px
-        Width that a webcam is asked for [px]. height_px Height that a webcam is asked for [px]. live_views
-        Views to take from a webcam or a video, each one elsewhere than those before. line_time_us Row delay
-        of a rolling shutter [us], from the camera's data sheet; corrects angles in motion.
+        Picture of the board held in the bending plane, its upper edge up; the last view if not given.
+    neutral
+        Picture, folder or video of the straight finger; sets the zero.
+    layout
+        Marker layout of the finger (TOML); the 12-unit reference finger's if not given.
+    out
+        Directory for the result.
+    squares_x
+        Squares of the board across.
+    squares_y
+        Squares of the board up.
+    square_mm
+        Measured side of a square of the printed board [mm].
+    width_px
+        Width that a webcam is asked for [px].
+    height_px
+        Height that a webcam is asked for [px].
+    live_views
+        Views to take from a webcam or a video, each one elsewhere than those before.
+    line_time_us
+        Row delay of a rolling shutter [us], from the camera's data sheet; corrects angles in motion.
     """
-    from tubefoot.config import load_settings
     from tubefoot.records import Run, write_json
     from tubefoot.vision.calibration import CameraCalibration
     from tubefoot.vision.calibration_picture import draw_calibration
-    from tubefoot.vision.layout import MarkerLayout
     from tubefoot.vision.sources import open_source
     from tubefoot.vision.views import BoardView, calibrate_lens, gather_views, plane_of_view
 
     board = _board(squares_x, squares_y, square_mm)
     camera = open_source(source, (width_px, height_px))
-    markers = load_settings(layout, MarkerLayout) if neutral else None
+    markers = _layout(layout) if neutral else None
     settings = {"source": source, "plane_view": plane_view, "neutral": neutral, **_board_table(board)}
     run = Run(out, "calibrate-camera", settings)
     with camera:
@@ -238,7 +253,7 @@ def track(
     source: str,
     *,
     camera: Path | None = None,
-    layout: Path = Path("examples/vision/finger-12.toml"),
+    layout: Path | None = None,
     out: Path = Path("out/track"),
     video: bool = True,
     live: int | None = None,
@@ -259,7 +274,7 @@ def track(
     camera
         camera.toml from `tubefoot calibrate-camera`; a virtual source knows its own.
     layout
-        Marker layout of the finger.
+        Marker layout of the finger (TOML); the 12-unit reference finger's if not given.
     out
         Directory for the result.
     video
@@ -271,15 +286,13 @@ def track(
     frames_per_s
         Rate of a webcam, of a folder's pictures and of the annotated video [1/s].
     """
-    from tubefoot.config import load_settings
     from tubefoot.records import Run
     from tubefoot.vision.calibration import load_calibration
     from tubefoot.vision.finger import FingerTracker
-    from tubefoot.vision.layout import MarkerLayout
 
     if frames < 0 or frames_per_s <= 0:
         raise ConfigError("--frames must be 0 or more and --frames-per-s above 0")
-    markers = load_settings(layout, MarkerLayout)
+    markers = _layout(layout)
     if source == "virtual":
         device, calibration = _virtual(markers, frames_per_s, frames or 150)
     elif camera is None:
@@ -434,6 +447,13 @@ def _first_picture(source: str) -> Any:
         return read_image(Path(source))
     with open_source(source, (640, 480)) as camera:
         return camera.read().picture
+
+
+def _layout(path: Path | None) -> MarkerLayout:
+    from tubefoot.config import load_settings
+    from tubefoot.vision.layout import MarkerLayout, reference_layout
+
+    return reference_layout() if path is None else load_settings(path, MarkerLayout)
 
 
 def _board(squares_x: int, squares_y: int, square_mm: float) -> Board:

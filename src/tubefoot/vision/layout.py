@@ -132,3 +132,12 @@ class MarkerLayout(Settings):
         marker_id : a marker of this layout
         """
         return MarkerTarget(self.dictionary, marker_id, self.marker_side_mm, self.quiet_zone_mm)
+
+
+def reference_layout() -> MarkerLayout:
+    """The layout of the 12-unit reference finger: markers on units 2, 5, 8 and 11."""
+    places = tuple(
+        MarkerPlace(id=marker_id, z_mm=height)
+        for marker_id, height in ((1, 14.5), (2, 35.5), (4, 56.5), (7, 77.5))
+    )
+    return MarkerLayout(length_mm=92.0, markers=places)
