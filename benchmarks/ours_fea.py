@@ -1,9 +1,9 @@
 """Our own solves for the benchmark, each in a process of its own; the last line printed is JSON.
 
 `python -m benchmarks.ours_fea solve DESIGN OUT`: what `tubefoot solve` does by default.
-`python -m benchmarks.ours_fea pressures DESIGN MESH RIGHT LEFT SHARE ...`: prescribed chamber
-pressures [kPa], or the given shares of them one after the other, mesh by `divisions_named`; to compare with programs that
-have no coupled chambers.
+`python -m benchmarks.ours_fea pressures DESIGN MESH RIGHT LEFT SHARE ...`: prescribed chamber pressures
+[kPa], or the given shares of them one after the other, on a mesh named as in `divisions_named`; to compare
+with programs that have no coupled chambers.
 `python -m benchmarks.ours_fea rates DESIGN MESH`: floating-point rates of the factorisation and the machine.
 """
 

@@ -57,7 +57,7 @@ class Peer:
 
 PEERS = (
     Peer("CalculiX", "C3D20R", "1.5", 0.25, share=0.5),
-    Peer("FElupe", "hexahedron27 continuous", "2", 3),
+    Peer("FElupe", "hexahedron27 continuous", "2", 4),
 )
 """What `bench_fea` runs."""
 
@@ -83,7 +83,7 @@ def main(arguments: list[str]) -> None:
     named = arguments[2:]
     peers = [Peer(named[0], named[1], named[2], *map(float, named[3:]))] if named else STUDY
     print(
-        "| program and element | mesh | ramp | load | unknowns | angle deg | iterations | CPU s | wall s | MB |"
+        "| program, element | mesh | ramp | load | unknowns | angle deg | iterations | CPU s | wall s | MB |"
     )
     for peer in peers:
         with tempfile.TemporaryDirectory() as directory:
