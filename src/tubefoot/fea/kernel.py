@@ -2,12 +2,12 @@
 
 Two-field energy with the pressure p as an independent field,
 
-    Pi = int W(F) + k0 (J - 1 - ln J) + p (J - 1) - p^2 / (2 k1) dV,   k0 + k1 = kappa,
+    Pi = int W(F) + k0 (J - 1 - ln J) + g / 4 (J - 1)^4 + p (J - 1) - p^2 / (2 k1) dV,   k0 + k1 = kappa,
 
-stationary in displacement and pressure; k0 is a small share of the bulk modulus (see `solid`), all of it for
-a displacement element. Unknowns of the cell that no neighbour shares (the interior node,
-a discontinuous pressure) are eliminated by symmetric elimination without pivoting: the pressure block is
--M / k1, never singular.
+stationary in displacement and pressure; k0 is a small share of the bulk modulus and g guards J where the
+pressure space is blind (see `solid`). A displacement element has k0 = kappa, g = 0. Unknowns of the cell that
+no neighbour shares (the interior node, a discontinuous pressure) are eliminated by symmetric elimination
+without pivoting: the pressure block is -M / k1, never singular.
 """
 
 from __future__ import annotations
@@ -128,14 +128,18 @@ def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def add_volumetric(f, cof, jacobian, bulk, field, stress, tangent):  # type: ignore[no-untyped-def]
-    """Energy density k0 (J - 1 - ln J) [MPa]; its stress and tangent and those of field * J are added.
+def add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent):  # type: ignore[no-untyped-def]
+    """Energy density k0 (J - 1 - ln J) + g / 4 (J - 1)^4 [MPa]; its stress and tangent are added.
 
-    f : (3, 3), cof : its cofactors, jacobian : its determinant; bulk : k0 [MPa]; field : pressure [MPa]
+    Those of field * J are added too.
+
+    f : (3, 3), cof : its cofactors, jacobian : its determinant
+    bulk : k0, guard : g, field : pressure [MPa]
     stress : (3, 3), tangent : (9, 9) in and out
     """
-    pressure = field + bulk * (1.0 - 1.0 / jacobian)
-    slope = bulk / (jacobian * jacobian)
+    excess = jacobian - 1.0
+    pressure = field + bulk * (1.0 - 1.0 / jacobian) + guard * excess**3
+    slope = bulk / (jacobian * jacobian) + 3.0 * guard * excess**2
     for i in range(3):
         for j in range(3):
             stress[i, j] += pressure * cof[i, j]
@@ -143,7 +147,7 @@ def add_volumetric(f, cof, jacobian, bulk, field, stress, tangent):  # type: ign
         for s in range(9):
             tangent[r, s] += slope * cof[r // 3, r % 3] * cof[s // 3, s % 3]
     add_determinant_hessian(f, pressure, tangent)
-    return bulk * (jacobian - 1.0 - np.log(jacobian))
+    return bulk * (excess - np.log(jacobian)) + 0.25 * guard * excess**4
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
@@ -198,7 +202,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     unknowns : (n,) all unknowns; local_unknowns : (n_cells, n_local) their numbers in each cell
     gradients : (n_cells, n_q, n_nodes, 3); weights : (n_cells, n_q) [mm^3]
     pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of the material constants
-    mu, alpha : (n_laws, n_terms); kappa : (n_laws, 2), k0 and k1 [MPa]
+    mu, alpha : (n_laws, n_terms); kappa : (n_laws, 3), k0, k1 and g [MPa]
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,) places among a cell's unknowns
     n_kept : how many of a cell's unknowns stay
     matrices : (n_cells, n_kept, n_kept), residuals : (n_cells, n_kept) out
@@ -242,7 +246,8 @@ def assemble_cells(  # type: ignore[no-untyped-def]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
             field_bulk = kappa[law, 1]
             total += weight * field * (jacobian - 1.0 - 0.5 * field / field_bulk)
-            total += weight * add_volumetric(f, cof, jacobian, kappa[law, 0], field, stress, tangent)
+            bulk, guard = kappa[law, 0], kappa[law, 2]
+            total += weight * add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent)
             add_stiffness(gradient, tangent, weight, blocks, half)
             for a in range(n_nodes):
                 for i in range(3):
@@ -328,7 +333,7 @@ def point_stresses(  # type: ignore[no-untyped-def]
             deformation_gradient(nodal, gradients[cell, q], f)
             jacobian = cofactor(f, cof)
             ogden_point(f, mu[law], alpha[law], stress, tangent, work)
-            pressure = kappa[law, 0] * (1.0 - 1.0 / jacobian)
+            pressure = kappa[law, 0] * (1.0 - 1.0 / jacobian) + kappa[law, 2] * (jacobian - 1.0) ** 3
             for m in range(pressure_slot.shape[0]):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 pressure += pressure_shapes[cell, q, m] * unknowns[slot]

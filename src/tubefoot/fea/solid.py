@@ -18,12 +18,19 @@ from tubefoot.fea.mesh import CellBlock, Mesh, jacobian_at
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-SLACK_STIFFNESS = 1.0
+SLACK_STIFFNESS = 0.3
 """Share of the bulk modulus, in shear moduli, that acts on J itself and not through the pressure field.
 
 Volume changes that a pressure space cannot see cost nothing in the isochoric energy, and at sharp re-entrant
-edges cells use them. This share makes them cost about what shear does; the exact solution stays the same,
-since the pressure field carries the rest of the bulk modulus.
+edges cells use them. This share gives them a stiffness, and keeps J positive; the exact solution stays the
+same, since the pressure field carries the rest of the bulk modulus.
+"""
+
+GUARD_FROM = 20.0
+"""Bulk over shear modulus from which J is guarded by g / 4 (J - 1)^4, g = kappa - 20 mu.
+
+In a nearly incompressible solid J - 1 is about mu / kappa, where the guard is (mu / kappa)^2 of the bulk
+energy: nothing. Where a cell at a re-entrant edge would collapse, it is as stiff as the shear.
 """
 
 CHUNK = 1024
@@ -190,15 +197,17 @@ class Solid:
         mu, alpha = np.zeros((len(rows), n_terms)), np.ones((len(rows), n_terms))
         for row, law in enumerate(rows):
             mu[row, : len(law.mu)], alpha[row, : len(law.alpha)] = law.mu, law.alpha
-        slack = [
-            law.kappa if self.pressure == "none" else min(SLACK_STIFFNESS * sum(law.mu), 0.5 * law.kappa)
-            for law in rows
-        ]
-        kappa = np.array(
-            [(share, max(law.kappa - share, 1e-9)) for share, law in zip(slack, rows, strict=True)]
-        )
+        kappa = np.array([self._bulk_shares(law) for law in rows])
         self.constants: tuple[Any, ...] = (mu, alpha, kappa)
         self.material = self.block.region
+
+    def _bulk_shares(self, law: OgdenLaw) -> tuple[float, float, float]:
+        """The bulk modulus on J itself, through the pressure field, and the guard [MPa]."""
+        if self.pressure == "none":
+            return law.kappa, 1e-9, 0.0
+        shear = sum(law.mu)
+        direct = min(SLACK_STIFFNESS * shear, 0.5 * law.kappa)
+        return direct, law.kappa - direct, max(0.0, law.kappa - GUARD_FROM * shear)
 
     def _number_unknowns(self, first_own: int) -> None:
         kind, nodes = self.kind, self.block.nodes
