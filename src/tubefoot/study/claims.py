@@ -155,7 +155,8 @@ def judge_inverse_pressures(curves: Mapping[str, Curve]) -> Claim:
 
     curves : name to curve
     """
-    numbers, inverse = {}, []
+    numbers: dict[str, float] = {}
+    inverse = []
     for name, curve in curves.items():
         right, left = curve.up_to_reference("pressure_right_kpa", "pressure_left_kpa")
         slope, r_squared, _ = line_fit(right, left)
@@ -176,7 +177,8 @@ def judge_linearity(curves: Mapping[str, Curve]) -> Claim:
 
     curves : name to curve
     """
-    numbers, linear = {}, []
+    numbers: dict[str, float] = {}
+    linear = []
     for name, curve in curves.items():
         pressure, bend = curve.up_to_reference("pressure_right_kpa", "bend_deg")
         slope, r_squared, deviation = line_fit(pressure, bend)
