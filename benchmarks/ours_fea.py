@@ -26,7 +26,7 @@ from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.path import Limit, StepControl, follow
 from tubefoot.fea.solid import Solid
 
-STATES = 2
+STATES = 3
 """Into how many increments a load is cut: the fewest that converge."""
 DENSE_SIZE = 3000
 """Rows of the matrices that the machine's dense rate is measured with."""

@@ -99,8 +99,9 @@ def run_finger(
     try:
         tip = printed(directory / "finger.dat")
     except (OSError, ValueError):
-        reached = (directory / "finger.sta").read_text().split()[-3]
-        return PeerRun(usage, iterations, None, f"gave up at {float(reached):.0%} of the load")
+        times = re.findall(r"^ +\d+ +\d+ +\d+U? +\d+ +(\S+)", (directory / "finger.sta").read_text(), re.M)
+        reached = float(times[-1]) if times else 0.0
+        return PeerRun(usage, iterations, None, f"gave up at {reached:.0%} of the load")
     displacements = np.zeros(load.mesh.points.shape)
     for node, values in tip.items():
         displacements[node - 1] = values
