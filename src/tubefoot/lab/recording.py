@@ -1,7 +1,6 @@
 """Reading a recording, also one whose writer was killed.
 
->>> from tubefoot.lab.recording import Recording            # doctest: +SKIP
->>> samples = Recording("out/record/bench.mcap").samples    # doctest: +SKIP
+In one line, as a pandas table: `Recording("out/rig-record/bench.mcap").samples`.
 """
 
 from __future__ import annotations
