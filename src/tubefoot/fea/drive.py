@@ -24,11 +24,17 @@ from tubefoot.units import ATMOSPHERE_MPA
 FloatArray = NDArray[np.float64]
 
 
+AIR_VACUUM_MPA = -0.999 * ATMOSPHERE_MPA
+"""Gauge pressure below which a trapped-air column is treated as torn apart [MPa]."""
+
+
 def air_uptake(pressure: float, air_volume: float) -> tuple[float, float]:
     """Volume by which a trapped-air column shrinks [mm^3], and its derivative by pressure [mm^3/MPa].
 
     pressure : gauge [MPa], above absolute vacuum; air_volume : at zero gauge [mm^3]
     """
+    if air_volume == 0.0:
+        return 0.0, 0.0
     absolute = ATMOSPHERE_MPA + pressure
     return air_volume * pressure / absolute, air_volume * ATMOSPHERE_MPA / absolute**2
 

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 
 from tubefoot.fea.assembly import SparseSystem
 from tubefoot.fea.cavity import Cavity
-from tubefoot.fea.drive import Control, Drive, air_uptake
+from tubefoot.fea.drive import AIR_VACUUM_MPA, Control, Drive, air_uptake
 from tubefoot.fea.factorise import SingularMatrixError, factoriser
 from tubefoot.fea.items import Boundary, Evaluation, Item, State, Timings
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.solid import Solid
-from tubefoot.units import ATMOSPHERE_MPA
 
 FloatArray = NDArray[np.float64]
 
@@ -164,6 +163,8 @@ class Model:
         return float(slope)
 
     def _admissible(self, state: State) -> Evaluation:
+        if self._tears_air(state):
+            raise StepFailed("the pressure of an air column is at absolute vacuum")
         found = self.evaluate(state)
         if not found.min_jacobian > self.tolerance.min_jacobian:
             raise StepFailed(f"a cell inverts: smallest det F {found.min_jacobian:.2g}")
@@ -178,15 +179,19 @@ class Model:
                 state.pressures + fraction * step.pressures,
                 state.parameter + fraction * step.parameter,
             )
-            if (trial.pressures > -0.999 * ATMOSPHERE_MPA).all() or not self._has_air():
+            if not self._tears_air(trial):
                 found = self.evaluate(trial)
                 if found.min_jacobian > self.tolerance.min_jacobian:
                     return trial, found
             fraction *= 0.5
-        raise StepFailed("a cell inverts however short the step")
+        raise StepFailed("a cell inverts, or an air column is torn apart, however short the step")
 
-    def _has_air(self) -> bool:
-        return any(cavity.air_volume > 0 for cavity in self.cavities)
+    def _tears_air(self, state: State) -> bool:
+        """Whether a fluid with an air column has a pressure at which Boyle's law ends."""
+        return any(
+            cavity.air_volume > 0 and pressure <= AIR_VACUUM_MPA
+            for cavity, pressure in zip(self.cavities, state.pressures, strict=True)
+        )
 
     def _borders(self, state: State, control: Control) -> _Borders:
         n = len(self.cavities)

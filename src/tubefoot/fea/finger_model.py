@@ -100,11 +100,15 @@ class FingerModel:
         """Where the path may end before: absolute vacuum in either chamber."""
         return [
             Limit(
-                Control("pressure", -ATMOSPHERE_MPA, cavity=number),
+                Control("pressure", self._vacuum(number), cavity=number),
                 f"absolute vacuum in the {hand} chamber (cavitation)",
             )
             for number, hand in enumerate(("right", "left"))
         ]
+
+    def _vacuum(self, number: int) -> float:
+        """Gauge pressure at which a chamber's path ends [MPa]: vacuum, just above it with an air column."""
+        return 0.995 * -ATMOSPHERE_MPA if self.model.cavities[number].air_volume > 0 else -ATMOSPHERE_MPA
 
 
 def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
