@@ -25,3 +25,12 @@ def pressed_rod(curvature, force=0.0, contact=60.0, length=92.0, rigid=4.0):
 
 def summed(values, pitch):
     return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2 * pitch)])
+
+
+def grasps(count):
+    """Rods of random own curvature, two of three pressed somewhere, and the generator that drew them."""
+    rng = np.random.default_rng(3)
+    for index in range(count):
+        curvature = rng.uniform(0.002, 0.015) * rng.choice([-1, 1])
+        force = rng.uniform(-2e-4, 3e-4) * np.sign(curvature) * (index % 3 > 0)
+        yield pressed_rod(curvature, force, rng.uniform(40, 86)), rng

@@ -6,6 +6,7 @@ import subprocess
 import cv2
 import numpy as np
 import pytest
+from rod import grasps
 
 from tubefoot.config import load_settings
 from tubefoot.errors import ConfigError
@@ -108,6 +109,33 @@ def test_end_to_end(calibration, rehearsal, layout):
     assert np.std(errors[:, 0]) <= 0.03
     assert np.max(np.abs(errors[:, 1:])) <= 0.1
     assert 0.85 <= np.mean(np.abs(errors[:, 0]) <= 2 * sigmas) <= 1.0
+
+
+def rod_shape(rod):
+    """A pressed rod as a shape that the rehearsal draws; straight beyond its ends."""
+    at, places, angle = rod
+
+    def shape(heights):
+        direction = np.interp(heights, at, angle)
+        beyond = np.asarray(heights) - np.clip(heights, 0, at[-1])
+        inside = np.column_stack([np.interp(heights, at, axis) for axis in places.T])
+        return inside + beyond[:, None] * np.column_stack([-np.sin(direction), np.cos(direction)]), direction
+
+    return shape
+
+
+@pytest.mark.slow
+def test_thetas_of_rendered_grasps(calibration, rehearsal, layout):
+    """Frames of fingers pressed by a contact, through the whole calibrated chain."""
+    errors = []
+    for rod, _ in grasps(40):
+        if abs(rod[2][-1]) > 75 * DEG:
+            continue
+        reading = FingerTracker(calibration, layout).measure(rehearsal.frame(rod_shape(rod)), 0.0)
+        middle, tip = np.interp(46, rod[0], rod[2]), rod[2][-1]
+        errors.append(np.array([reading.theta1 - middle, reading.theta2 - (tip - middle)]) / DEG)
+    assert len(errors) >= 30
+    assert np.max(np.abs(errors)) <= 0.1
 
 
 def test_calibration_survives_its_file(calibration, tmp_path):

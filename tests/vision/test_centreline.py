@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from rod import pressed_rod
+from rod import grasps, pressed_rod
 
 from tubefoot.units import DEG
 from tubefoot.vision.centreline import MarkedPoint, chord_angles, find_inflexions, fit_centreline
@@ -34,14 +34,6 @@ def test_arc_is_found_exactly():
     np.testing.assert_allclose(line.points[-1], [tip_x, tip_z], atol=0.01)
     np.testing.assert_allclose(line.curvature[1:-1], curvature, rtol=0.01)
     assert line.inflexions == ()
-
-
-def grasps(count):
-    rng = np.random.default_rng(3)
-    for index in range(count):
-        curvature = rng.uniform(0.002, 0.015) * rng.choice([-1, 1])
-        force = rng.uniform(-2e-4, 3e-4) * np.sign(curvature) * (index % 3 > 0)
-        yield pressed_rod(curvature, force, rng.uniform(40, 86)), rng
 
 
 def theta_errors(heights, count):
