@@ -16,7 +16,7 @@ from benchmarks.peers import DESIGN, PEERS, Peer, PeerResult
 from benchmarks.row import Row
 
 THREADS = 2
-REFERENCE_MESH = "3/3"
+REFERENCE_MESH = "3/2"
 OUR_MESH = "2"
 UNITS = (3, 6, 12)
 

@@ -57,7 +57,7 @@ class Peer:
 
 PEERS = (
     Peer("CalculiX", "C3D20R", "1.5", 0.25, share=0.5),
-    Peer("FElupe", "hexahedron27 continuous", "2", 4),
+    Peer("FElupe", "hexahedron27", "1.5", 4),
 )
 """What `bench_fea` runs."""
 
