@@ -111,3 +111,14 @@ def test_uncertainty_is_the_scatter_also_under_correlated_noise():
         angles.append(fit.pose.angle)
         sigmas.append(np.sqrt(fit.covariance[2, 2]))
     assert 0.75 < np.mean(sigmas) / np.std(angles) < 1.35
+
+
+def test_a_blurred_frame_does_not_spoil_the_next():
+    tracker = MarkerTracker(MAP, MarkerLayout(length_mm=50, markers=({"id": 4, "z_mm": 10},)))
+    blurred = expose(light(), Exposure(psf_px=3.5), np.random.default_rng(1))
+    assert not tracker.measure(framed(), 0.0)[4].lost
+    assert not tracker.measure(blurred, 1 / 30)[4].lost
+    for index in range(2, 5):
+        reading = tracker.measure(framed(seed=index), index / 30)[4]
+        assert not reading.lost
+        assert abs(reading.pose.angle - POSE.angle) < 0.1 * DEG
