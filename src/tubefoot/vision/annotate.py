@@ -14,7 +14,7 @@ from tubefoot.units import DEG
 from tubefoot.vision.finger import FingerReading
 from tubefoot.vision.plane import PlaneMap
 
-GREEN, RED, BLUE, WHITE, BLACK = (80, 200, 60), (60, 60, 230), (230, 150, 40), (255, 255, 255), (0, 0, 0)
+GREEN, RED, BLUE, WHITE = (80, 200, 60), (60, 60, 230), (230, 150, 40), (255, 255, 255)
 FINE = 4
 """Bits of sub-pixel position in OpenCV's drawing calls."""
 
@@ -38,9 +38,11 @@ def annotated(
             _polyline(picture, outline[:2], BLUE, closed=False)
     if reading.centreline is not None:
         _polyline(picture, plane_map.to_pixels(reading.centreline.points), RED, closed=False)
-    for line, text in enumerate(_words(reading)):
-        place = (8, 20 + 18 * line)
-        cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, BLACK, 3, cv2.LINE_AA)
+    words = _words(reading)
+    # a plate behind the words: an outline of thicker letters is wider than the letters themselves
+    picture[: 8 + 18 * len(words), : 10 + 9 * max(map(len, words))] //= 3
+    for line, text in enumerate(words):
+        place = (8, 18 + 18 * line)
         cv2.putText(picture, text, place, cv2.FONT_HERSHEY_SIMPLEX, 0.5, WHITE, 1, cv2.LINE_AA)
     return picture
 
