@@ -13,8 +13,8 @@ class OgdenMaterial(Settings):
     """Nearly incompressible Ogden solid.
 
     W = sum_i 2 mu_i / alpha_i^2 (sum_k l_k^alpha_i - 3) + U(J) with isochoric principal stretches l_k and
-    U = bulk / 2 (J - 1)^2 near J = 1 (docs/theory.md); the initial shear modulus is sum mu_i. Other programs write mu_i / alpha_i, or
-    c_i / m_i^2 with c_i = 2 mu_i: convert before copying numbers.
+    U = bulk / 2 (J - 1)^2 near J = 1 (docs/theory.md); the initial shear modulus is sum mu_i. Other
+    programs write mu_i / alpha_i, or c_i / m_i^2 with c_i = 2 mu_i: convert before copying numbers.
     """
 
     name: str = "Agilus30"
