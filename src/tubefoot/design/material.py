@@ -85,4 +85,4 @@ class Seam(Settings):
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.4
     """Ratio of lateral to axial strain of the film."""
     bond_strength_mpa: Annotated[float, Field(gt=0.0)] = 1.0
-    """Tensile strength of the bond [MPa]; a placeholder to be measured, used for margins only."""
+    """Tensile strength of the bond [MPa]; unknown for a print: measure it; used for margins only."""
