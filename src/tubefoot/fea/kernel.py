@@ -151,6 +151,26 @@ def add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent):  # ty
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
+def add_history(f, history, stress, tangent):  # type: ignore[no-untyped-def]
+    """Energy density H : (C - 1) / 2 [MPa] of a constant second Piola-Kirchhoff stress H.
+
+    Its nominal stress F H and the tangent are added.
+
+    f : (3, 3); history : (6,) components 11, 22, 33, 12, 13, 23 of H [MPa]
+    stress : (3, 3), tangent : (9, 9) in and out
+    """
+    energy = -0.5 * (history[0] + history[1] + history[2])
+    for j in range(3):
+        for k in range(3):
+            h = history[j] if j == k else history[j + k + 2]
+            for i in range(3):
+                stress[i, j] += f[i, k] * h
+                tangent[3 * i + j, 3 * i + k] += h
+                energy += 0.5 * f[i, j] * f[i, k] * h
+    return energy
+
+
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def place(blocks, coupling, displacement_slot, pressure_slot, matrix):  # type: ignore[no-untyped-def]
     """Write nodal blocks and pressure coupling into a cell's matrix, symmetric.
 
@@ -185,6 +205,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     mu,
     alpha,
     kappa,
+    history,
     n_nodes,
     displacement_slot,
     pressure_slot,
@@ -203,6 +224,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     gradients : (n_cells, n_q, n_nodes, 3); weights : (n_cells, n_q) [mm^3]
     pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of the material constants
     mu, alpha : (n_laws, n_terms); kappa : (n_laws, 3), k0, k1 and g [MPa]
+    history : (n_cells, n_q, 6) stress remembered at each point, see `add_history`; (0, n_q, 6) for none
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,) places among a cell's unknowns
     n_kept : how many of a cell's unknowns stay
     matrices : (n_cells, n_kept, n_kept), residuals : (n_cells, n_kept) out
@@ -240,6 +262,8 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             if not jacobian > 0.0:
                 continue
             total += weight * ogden_point(f, mu[law], alpha[law], stress, tangent, work)
+            if history.shape[0] > 0:
+                total += weight * add_history(f, history[cell, q], stress, tangent)
             field = 0.0
             for m in range(n_p):
                 slot = local_unknowns[cell, pressure_slot[m]]
@@ -306,6 +330,7 @@ def point_stresses(  # type: ignore[no-untyped-def]
     mu,
     alpha,
     kappa,
+    history,
     displacement_slot,
     pressure_slot,
     cauchy,
@@ -313,8 +338,8 @@ def point_stresses(  # type: ignore[no-untyped-def]
 ):
     """Write the Cauchy stress and J at every quadrature point.
 
-    unknowns, local_unknowns, gradients, pressure_shapes, material, mu, alpha, kappa, displacement_slot,
-    pressure_slot : as in `assemble_cells`
+    unknowns, local_unknowns, gradients, pressure_shapes, material, mu, alpha, kappa, history,
+    displacement_slot, pressure_slot : as in `assemble_cells`
     cauchy : (n_cells, n_q, 3, 3) out [MPa]; jacobians : (n_cells, n_q) out
     """
     n_cells, n_q, n_nodes = gradients.shape[:3]
@@ -333,6 +358,8 @@ def point_stresses(  # type: ignore[no-untyped-def]
             deformation_gradient(nodal, gradients[cell, q], f)
             jacobian = cofactor(f, cof)
             ogden_point(f, mu[law], alpha[law], stress, tangent, work)
+            if history.shape[0] > 0:
+                add_history(f, history[cell, q], stress, tangent)
             pressure = kappa[law, 0] * (1.0 - 1.0 / jacobian) + kappa[law, 2] * (jacobian - 1.0) ** 3
             for m in range(pressure_slot.shape[0]):
                 slot = local_unknowns[cell, pressure_slot[m]]

@@ -83,6 +83,7 @@ class Solid:
         self.pressure = pressure
         self._prepare_geometry(mesh)
         self._prepare_laws(mesh, laws)
+        self._history = np.empty((0, self.weights.shape[1], 6))
         start = 3 * len(mesh.points) if first_own_unknown is None else first_own_unknown
         self._number_unknowns(start)
 
@@ -114,6 +115,7 @@ class Solid:
                 self.pressure_shapes[part],
                 self.material[part],
                 *self.constants,
+                self._history[part],
                 self.kind.n_nodes,
                 self._displacement_slot,
                 self._pressure_slot,
@@ -152,6 +154,7 @@ class Solid:
             self.pressure_shapes,
             self.material,
             *self.constants,
+            self._history,
             self._displacement_slot,
             self._pressure_slot,
             cauchy,
@@ -200,6 +203,7 @@ class Solid:
         kappa = np.array([self._bulk_shares(law) for law in rows])
         self.constants: tuple[Any, ...] = (mu, alpha, kappa)
         self.material = self.block.region
+        self._law_number = np.array([rows.index(law) for law in rows])
 
     def _bulk_shares(self, law: OgdenLaw) -> tuple[float, float, float]:
         """The bulk modulus on J itself, through the pressure field, and the guard [MPa]."""
@@ -213,9 +217,11 @@ class Solid:
         kind, nodes = self.kind, self.block.nodes
         n_cells, n_p = len(nodes), self.pressure_shapes.shape[2]
         if self.pressure == "continuous":
-            corners, numbers = np.unique(nodes[:, : kind.n_corners], return_inverse=True)
+            # Continuous within a material: at a joint of two, the pressure jumps.
+            apart = self._law_number[self.material][:, None] * (nodes.max() + 1)
+            places, numbers = np.unique(apart + nodes[:, : kind.n_corners], return_inverse=True)
             pressures = first_own + numbers.reshape(n_cells, n_p)
-            self.n_own = len(corners)
+            self.n_own = len(places)
         else:
             self.n_own = n_cells * n_p
             pressures = first_own + np.arange(self.n_own).reshape(n_cells, n_p)
