@@ -77,6 +77,7 @@ static void wire(board_t *board) {
   avr->vcc = avr->avcc = avr->aref = 5000;
   avr->sleep = no_sleep;
   avr->log = LOG_NONE;
+  avr->run_cycle_limit = 16000;  /* go on to the next timer or interrupt at once, not one instruction at a time */
   uint32_t flags = 0;
   avr_ioctl(avr, AVR_IOCTL_UART_GET_FLAGS('0'), &flags);
   flags &= ~(AVR_UART_FLAG_STDIO | AVR_UART_FLAG_POLL_SLEEP);
