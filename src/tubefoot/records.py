@@ -27,7 +27,7 @@ RECORDED_PACKAGES = (
     "numpy",
     "scipy",
     "numba",
-    "pypardiso",
+    "mkl",
     "mkl",
     "opencv-python-headless",
     "mujoco",

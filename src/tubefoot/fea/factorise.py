@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from functools import cache
+from importlib.metadata import PackageNotFoundError, files
 from typing import Any, Protocol
 
 import numpy as np
@@ -51,6 +53,16 @@ def factoriser(indptr: NDArray[Any], indices: NDArray[Any]) -> Factoriser:
         return SuperLU(indptr, indices)
 
 
+@cache
+def _math_library() -> Any:
+    """MKL as the Python package `mkl` installs it; ImportError where there is none."""
+    try:
+        found = [file for file in files("mkl") or [] if "mkl_rt" in file.name]
+        return ctypes.CDLL(str(found[0].locate()))
+    except (PackageNotFoundError, IndexError, OSError) as error:
+        raise ImportError("the package mkl is not installed or has no mkl_rt library") from error
+
+
 class Pardiso:
     """MKL PARDISO for symmetric indefinite matrices; the symbolic analysis is done once."""
 
@@ -63,9 +75,8 @@ class Pardiso:
 
         Raises ImportError where there is no MKL.
         """
-        from pypardiso.pardiso_wrapper import PyPardisoSolver
-
-        self._call = PyPardisoSolver(mtype=-2)._mkl_pardiso
+        self._call = _math_library().pardiso
+        self._call.restype = None
         self._n = len(indptr) - 1
         self._rows, self._columns = (np.asarray(a, np.int32) + np.int32(1) for a in (indptr, indices))
         self._handle = np.zeros(64, np.int64)
