@@ -19,7 +19,7 @@ from tubefoot.fea.assembly import SparseSystem
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import AIR_VACUUM_MPA, Control, Drive, air_uptake
 from tubefoot.fea.factorise import SingularMatrixError, factoriser
-from tubefoot.fea.items import Boundary, Evaluation, Item, State, Timings
+from tubefoot.fea.items import Boundary, Evaluation, Item, Pairing, State, Timings
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.solid import Solid
 
@@ -38,17 +38,37 @@ class Tolerance:
     volume : error of the fluid equations and of the control over the rest volume (or the target's scale)
     iterations : Newton iterations before a step is given up
     min_jacobian : smallest det F that a trial state may have; below it the step is shortened
+    min_gap : deepest penetration of a contact that a trial state may have, negative [mm]
+    pairings : iterations of a step in which contacts may choose other partners
     """
 
     force: float = 1e-7
     volume: float = 1e-8
     iterations: int = 12
     min_jacobian: float = 0.1
+    min_gap: float = -0.3
+    pairings: int = 3
+
+    def admits(self, found: Evaluation) -> bool:
+        """Whether a trial state is one from which Newton may go on.
+
+        found : at the trial state
+        """
+        return bool(found.min_jacobian > self.min_jacobian and found.min_gap > self.min_gap)
+
+    def complaint(self, found: Evaluation) -> str:
+        """What is wrong with a state that is not admitted.
+
+        found : at the state
+        """
+        if found.min_jacobian > self.min_jacobian:
+            return f"walls pass through each other: smallest gap {found.min_gap:.2g} mm"
+        return f"a cell inverts: smallest det F {found.min_jacobian:.2g}"
 
 
 @dataclass
 class Step:
-    """How a converged step went: the state, Newton iterations, energy [mJ], smallest det F."""
+    """How a converged step went: the state, Newton iterations, energy [mJ], smallest det F and gap [mm]."""
 
     state: State
     iterations: int
@@ -58,6 +78,7 @@ class Step:
     residuals: list[float] = field(default_factory=list)
     negative_pivots: int | None = None
     tangent: State | None = None
+    min_gap: float = np.inf
 
 
 class Model:
@@ -84,17 +105,35 @@ class Model:
         self.items: list[Item] = [*solids, *cavities, *others]
         self.drive = drive or Drive.pressures(len(self.cavities))
         self.tolerance = tolerance or Tolerance()
+        self.pairings = [item for item in self.items if isinstance(item, Pairing)]
         self.n_unknowns = mesh.points.size + sum(solid.n_own for solid in solids)
-        fixed = Boundary.of(self.n_unknowns, clamped).fixed
+        self._fixed = Boundary.of(self.n_unknowns, clamped).fixed
         for solid in solids:
-            fixed[solid.eliminated] = True
+            self._fixed[solid.eliminated] = True
         self.timings = Timings()
-        started = time.perf_counter()
-        self.system = SparseSystem(self.n_unknowns, self.items, fixed)
-        self.solver = factoriser(self.system.indptr, self.system.indices)
-        self.timings.analysis += time.perf_counter() - started
+        self._number()
         self.rest_volumes = np.array([cavity.rest_volume for cavity in self.cavities])
         self._control_scale = float(self.rest_volumes.max()) if len(self.cavities) else 1.0
+
+    def _number(self) -> None:
+        """Find the sparse pattern of all items and prepare its factorisation."""
+        started = time.perf_counter()
+        self.system = SparseSystem(self.n_unknowns, self.items, self._fixed)
+        self.solver = factoriser(self.system.indptr, self.system.indices)
+        self.timings.analysis += time.perf_counter() - started
+        self.timings.analyses += 1
+
+    def pair(self, state: State) -> bool:
+        """Let contacts choose their partners; whether any choice that matters changed.
+
+        state : where they look
+        """
+        started = time.perf_counter()
+        looked = [pairing.look(state) for pairing in self.pairings]
+        self.timings.pairing += time.perf_counter() - started
+        if any(grew for _, grew in looked):
+            self._number()
+        return any(changed for changed, _ in looked)
 
     def rest(self) -> State:
         """The undeformed state."""
@@ -118,6 +157,7 @@ class Model:
         Raises StepFailed when it does not converge, inverts, or leaves the range of the physics.
         """
         state = guess.copy()
+        self.pair(state)
         found = self._admissible(state)
         history: list[float] = []
         tangent = None
@@ -125,6 +165,10 @@ class Model:
             borders = self._borders(state, control)
             error = self._error(state, found, borders)
             history.append(error)
+            if error < 1.0 and self.pair(state):
+                found = self.evaluate(state)
+                borders = self._borders(state, control)
+                error = self._error(state, found, borders)
             if error < 1.0:
                 volumes = np.array([cavity.volume for cavity in self.cavities])
                 return Step(
@@ -136,13 +180,14 @@ class Model:
                     history,
                     self.solver.negative_pivots,
                     tangent,
+                    found.min_gap,
                 )
             if iteration >= 4 and error > 1e3 * min(history):
                 raise StepFailed(f"residual grew to {error:.1e} times the tolerance")
             if iteration == self.tolerance.iterations:
                 break
             step, tangent = self._newton_step(state, borders)
-            state, found = self._advance(state, step)
+            state, found = self._advance(state, step, iteration < self.tolerance.pairings)
         raise StepFailed(
             f"no convergence in {self.tolerance.iterations} iterations, residual {history[-1]:.1e}"
         )
@@ -166,12 +211,12 @@ class Model:
         if self._tears_air(state):
             raise StepFailed("the pressure of an air column is at absolute vacuum")
         found = self.evaluate(state)
-        if not found.min_jacobian > self.tolerance.min_jacobian:
-            raise StepFailed(f"a cell inverts: smallest det F {found.min_jacobian:.2g}")
+        if not self.tolerance.admits(found):
+            raise StepFailed(self.tolerance.complaint(found))
         return found
 
-    def _advance(self, state: State, step: State) -> tuple[State, Evaluation]:
-        """The state after a step, shortened until no cell inverts and no air column is torn apart."""
+    def _advance(self, state: State, step: State, pairing: bool) -> tuple[State, Evaluation]:
+        """The state after a step, shortened until it is admitted and no air column is torn apart."""
         fraction = 1.0
         for _ in range(5):
             trial = State(
@@ -180,11 +225,13 @@ class Model:
                 state.parameter + fraction * step.parameter,
             )
             if not self._tears_air(trial):
+                if pairing:
+                    self.pair(trial)
                 found = self.evaluate(trial)
-                if found.min_jacobian > self.tolerance.min_jacobian:
+                if self.tolerance.admits(found):
                     return trial, found
             fraction *= 0.5
-        raise StepFailed("a cell inverts, or an air column is torn apart, however short the step")
+        raise StepFailed("a cell inverts, walls cross or an air column is torn apart, however short the step")
 
     def _tears_air(self, state: State) -> bool:
         """Whether a fluid with an air column has a pressure at which Boyle's law ends."""

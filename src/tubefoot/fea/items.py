@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,10 +35,12 @@ class Evaluation:
     """What the items found at a state.
 
     energy : stored energy [mJ]; min_jacobian : smallest det F; magnitude : largest cell force [N]
+    min_gap : smallest gap of a contact [mm], negative for a penetration, -inf where a partner got lost
     """
 
     energy: float = 0.0
     min_jacobian: float = np.inf
+    min_gap: float = np.inf
     magnitude: float = 0.0
 
 
@@ -73,6 +75,17 @@ class Item(Protocol):
         """
 
 
+@runtime_checkable
+class Pairing(Item, Protocol):
+    """An item whose elements depend on the state: which walls are opposite each other."""
+
+    def look(self, state: State) -> tuple[bool, bool]:
+        """Choose the elements anew: whether any that matters changed, and whether the pattern grew.
+
+        state : where to look
+        """
+
+
 @dataclass(frozen=True)
 class Boundary:
     """Prescribed displacements: a mask over the unknowns that stay at zero."""
@@ -100,5 +113,6 @@ class Timings:
     factorisation: float = 0.0
     substitution: float = 0.0
     analysis: float = 0.0
+    pairing: float = 0.0
     factorisations: int = 0
-    counts: dict[str, int] = field(default_factory=dict)
+    analyses: int = 0

@@ -1,0 +1,193 @@
+"""Which facet lies opposite a point of a wall, and how far: closest points on curved facets (compiled).
+
+A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. The closest point
+to x solves (x - X) . X_,s = (x - X) . X_,t = 0; there the gap is g = n . (x - X), n the unit normal out of the
+solid that the facet bounds, negative where x has entered it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit, prange
+from numpy.typing import NDArray
+
+from tubefoot.fea.elements import ElementKind
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+OPPOSED = -0.2
+"""Largest cosine between the normals of two walls that face each other."""
+BEYOND = 0.05
+"""How far outside a facet's edge, in reference units, a closest point still belongs to it."""
+
+
+@njit(cache=True, error_model="numpy")
+def surface_at(powers, polynomial, s, t, out):  # type: ignore[no-untyped-def]
+    """Write X and its derivatives at (s, t).
+
+    powers : (n_monomials, 2), at most 2 each; polynomial : (n_monomials, 3); s, t : reference coordinates
+    out : (6, 3) out, X, X_,s, X_,t, X_,ss, X_,st, X_,tt
+    """
+    out[:] = 0.0
+    for m in range(powers.shape[0]):
+        a, b = powers[m, 0], powers[m, 1]
+        sa = 1.0 if a == 0 else (s if a == 1 else s * s)
+        tb = 1.0 if b == 0 else (t if b == 1 else t * t)
+        ds = 0.0 if a == 0 else (1.0 if a == 1 else 2.0 * s)
+        dt = 0.0 if b == 0 else (1.0 if b == 1 else 2.0 * t)
+        dss = 2.0 if a == 2 else 0.0
+        dtt = 2.0 if b == 2 else 0.0
+        for i in range(3):
+            p = polynomial[m, i]
+            out[0, i] += sa * tb * p
+            out[1, i] += ds * tb * p
+            out[2, i] += sa * dt * p
+            out[3, i] += dss * tb * p
+            out[4, i] += ds * dt * p
+            out[5, i] += sa * dtt * p
+
+
+@njit(cache=True, error_model="numpy")
+def closest_point(powers, polynomial, x, place, surface, normal):  # type: ignore[no-untyped-def]
+    """The gap of a point to a facet, nan where the iteration does not settle.
+
+    powers, polynomial : of the facet; x : (3,) the point
+    place : (2,) in and out, reference coordinates of the closest point
+    surface : (6, 3) out, see `surface_at`; normal : (3,) out, unit normal
+    """
+    for _ in range(20):
+        surface_at(powers, polynomial, place[0], place[1], surface)
+        rs = rt = 0.0
+        ss = st = tt = 0.0
+        for i in range(3):
+            d = x[i] - surface[0, i]
+            rs += d * surface[1, i]
+            rt += d * surface[2, i]
+            ss += surface[1, i] * surface[1, i] - d * surface[3, i]
+            st += surface[1, i] * surface[2, i] - d * surface[4, i]
+            tt += surface[2, i] * surface[2, i] - d * surface[5, i]
+        determinant = ss * tt - st * st
+        if not determinant > 0.0:
+            return np.nan
+        step_s = (tt * rs - st * rt) / determinant
+        step_t = (ss * rt - st * rs) / determinant
+        size = max(abs(step_s), abs(step_t))
+        shorten = 1.0 if size < 0.7 else 0.7 / size
+        place[0] += shorten * step_s
+        place[1] += shorten * step_t
+        if max(abs(place[0]), abs(place[1])) > 3.0:
+            return np.nan
+        if size < 1e-11:
+            surface_at(powers, polynomial, place[0], place[1], surface)
+            length = 0.0
+            for i in range(3):
+                j, k = (i + 1) % 3, (i + 2) % 3
+                normal[i] = surface[1, j] * surface[2, k] - surface[1, k] * surface[2, j]
+                length += normal[i] * normal[i]
+            gap = 0.0
+            for i in range(3):
+                normal[i] /= np.sqrt(length)
+                gap += normal[i] * (x[i] - surface[0, i])
+            return gap
+    return np.nan
+
+
+@njit(cache=True)
+def on_facet(place, triangle):  # type: ignore[no-untyped-def]
+    """Whether reference coordinates belong to a facet.
+
+    place : (2,); triangle : the reference facet is the unit triangle, else the square [-1, 1]^2
+    """
+    s, t = place
+    if triangle:
+        return s >= -BEYOND and t >= -BEYOND and s + t <= 1.0 + BEYOND
+    return max(abs(s), abs(t)) <= 1.0 + BEYOND
+
+
+@njit(cache=True)
+def _touch(nodes, first, second):  # type: ignore[no-untyped-def]
+    for a in nodes[first]:
+        for b in nodes[second]:
+            if a == b:
+                return True
+    return False
+
+
+@njit(cache=True, parallel=True)
+def find_opposite(  # type: ignore[no-untyped-def]
+    points,
+    normals,
+    own,
+    nodes,
+    powers,
+    polynomials,
+    spheres,
+    order,
+    axis,
+    triangle,
+    reach,
+    depth,
+    facet,
+    places,
+    gaps,
+    others,
+):
+    """For each sample of a wall the facet of the same surface that lies opposite, and its gap.
+
+    points, normals : (n_samples, 3) of the samples; own : (n_samples,) facet that bears each
+    nodes : (n_facets, n_nodes); powers, polynomials : (n_facets, n_monomials, 3) of the facets
+    spheres : (n_facets, 4) centre and radius; order : facets sorted by centre along `axis`
+    triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
+    facet : (n_samples,) out, -1 for none; places : (n_samples, 2) out; gaps : (n_samples,) out
+    others : (n_samples, k) out, every facet found opposite, the nearest included, -1 padded
+    """
+    widest = spheres[:, 3].max() + max(reach, depth)
+    ordered = spheres[order, axis]
+    for sample in prange(points.shape[0]):
+        place, normal = np.empty(2), np.empty(3)
+        surface = np.empty((6, 3))
+        facet[sample] = -1
+        gaps[sample] = np.inf
+        others[sample] = -1
+        x = points[sample]
+        count = 0
+        low = np.searchsorted(ordered, x[axis] - widest)
+        high = np.searchsorted(ordered, x[axis] + widest)
+        for k in range(low, high):
+            candidate = order[k]
+            if candidate == own[sample]:
+                continue
+            distance = 0.0
+            for i in range(3):
+                distance += (x[i] - spheres[candidate, i]) ** 2
+            if distance > (spheres[candidate, 3] + max(reach, depth)) ** 2:
+                continue
+            if _touch(nodes, own[sample], candidate):
+                continue
+            place[:] = 1.0 / 3.0 if triangle else 0.0
+            gap = closest_point(powers, polynomials[candidate], x, place, surface, normal)
+            if not (-depth < gap < reach) or not on_facet(place, triangle):
+                continue
+            cosine = 0.0
+            for i in range(3):
+                cosine += normal[i] * normals[sample, i]
+            if cosine > OPPOSED:
+                continue
+            if count < others.shape[1]:
+                others[sample, count] = candidate
+                count += 1
+            if abs(gap) < abs(gaps[sample]):
+                gaps[sample] = gap
+                facet[sample] = candidate
+                places[sample] = place
+
+
+def facet_powers(kind: ElementKind) -> tuple[IntArray, FloatArray]:
+    """Powers (n_monomials, 2) of a facet kind and the matrix from nodal values to coefficients.
+
+    kind : of the facets, at most quadratic in each coordinate
+    """
+    powers = np.ascontiguousarray(kind.monomials[:, :2])
+    values = np.prod(kind.nodes[:, None, :] ** powers[None], axis=2)
+    return powers, np.ascontiguousarray(np.linalg.inv(values))
