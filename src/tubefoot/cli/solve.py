@@ -23,6 +23,11 @@ def solve(
     left_over_right: float = 0.0,
     air_right_ml: float = 0.0,
     air_left_ml: float = 0.0,
+    viscoelastic: Annotated[bool, Parameter(negative="")] = False,
+    ramp_s: float = 2.0,
+    hold_s: float = 0.0,
+    hold: str = "pump",
+    recover_s: float = 0.0,
     fields: str = "all",
     pictures: bool = True,
     overwrite: Annotated[bool, Parameter(negative="")] = False,
@@ -55,6 +60,16 @@ def solve(
         Trapped air of the right pressure branch at zero gauge [mL].
     air_left_ml
         Trapped air of the left pressure branch at zero gauge [mL].
+    viscoelastic
+        Solve in time: the body relaxes with the design's Prony terms.
+    ramp_s
+        Time in which a viscoelastic solve goes to its end [s].
+    hold_s
+        How long it is held there [s].
+    hold
+        pump (the pump stands still, the pressures relax) or goal (the quantity of --until is kept).
+    recover_s
+        How long the finger rests after the drive has run back [s]; 0: it does not run back.
     fields
         Of which states stress fields are written: all, last or none.
     pictures
@@ -75,6 +90,11 @@ def solve(
         "left_over_right": left_over_right,
         "air_right_ml": air_right_ml,
         "air_left_ml": air_left_ml,
+        "viscoelastic": viscoelastic,
+        "ramp_s": ramp_s,
+        "hold_s": hold_s,
+        "hold": hold,
+        "recover_s": recover_s,
         "fields": fields,
     }
     if element_size_mm is not None:

@@ -7,6 +7,7 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from tubefoot.config import Settings
+from tubefoot.design.relaxation import agilus30_relaxation
 
 
 class OgdenMaterial(Settings):
@@ -31,6 +32,11 @@ class OgdenMaterial(Settings):
     """Density of the printed material."""
     elongation_at_break_percent: Annotated[float, Field(gt=0, le=2000)] = 220.0
     """Nominal strain at rupture [%]; the maker's sheet says 220 to 270, from memory."""
+    relaxation_time_s: tuple[Annotated[float, Field(gt=0.0)], ...] = agilus30_relaxation()[0]
+    """Relaxation times of the viscoelastic terms [s]; used by solves in time only."""
+    relaxation_share: tuple[Annotated[float, Field(ge=0.0)], ...] = agilus30_relaxation()[1]
+    """Modulus of each of these terms over the long-term modulus; default Agilus30 at 20 deg C, small strains,
+    fitted to a published dynamic test (design/data)."""
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
@@ -45,6 +51,11 @@ class OgdenMaterial(Settings):
             raise ValueError(
                 f"initial shear modulus sum mu_i = {self.shear_modulus:g} MPa is not positive; "
                 "check the signs"
+            )
+        if len(self.relaxation_time_s) != len(self.relaxation_share):
+            raise ValueError(
+                f"{len(self.relaxation_time_s)} times relaxation_time_s and {len(self.relaxation_share)} "
+                "moduli relaxation_share; give as many of each"
             )
         if self.bulk_modulus_mpa < 10 * self.shear_modulus:
             raise ValueError(

@@ -17,6 +17,7 @@ UNITS = {
     "mpa": "MPa",
     "percent": "%",
     "g_per_cm3": "g/cm3",
+    "time_s": "s",
 }
 """How a key's ending is written."""
 WIDTH = 100

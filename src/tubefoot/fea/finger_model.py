@@ -19,9 +19,11 @@ from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.measures import Centreline, SectionRotation
+from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.path import Limit
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.timeline import Stage, stages
 from tubefoot.units import ATMOSPHERE_MPA, DEG, KPA, ML
 
 HALF = 0.5
@@ -65,6 +67,17 @@ class SolveSettings(Settings):
     air_left_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
     fields: Literal["all", "last", "none"] = "all"
     """Of which states stress fields are written."""
+    viscoelastic: bool = False
+    """Whether the body relaxes with the design's Prony terms; the solve is one in time then."""
+    ramp_s: Annotated[float, Field(gt=0.0, le=1e6)] = 2.0
+    """Time in which a viscoelastic solve goes evenly to the target; terms from 0.1 s on are known."""
+    hold_s: Annotated[float, Field(ge=0.0, le=1e8)] = 0.0
+    """How long it is held there."""
+    hold: Literal["pump", "goal"] = "pump"
+    """pump: the pump stands still and the pressures relax; goal: the goal's quantity is kept (creep)."""
+    recover_s: Annotated[float, Field(ge=0.0, le=1e8)] = 0.0
+    """After the hold the drive runs back to where it started within `ramp_s` and stays so long; 0: it does
+    not."""
 
     @model_validator(mode="after")
     def _reachable(self) -> Self:
@@ -89,6 +102,12 @@ class FingerModel:
     model: Model
     tip: SectionRotation
     centreline: Centreline
+    memory: Memory | None = None
+
+    def timeline(self) -> list[Stage]:
+        """The stages of a viscoelastic solve."""
+        times = (self.settings.ramp_s, self.settings.hold_s, self.settings.recover_s)
+        return stages(self.goal.control, *times, self.settings.states, self.settings.hold == "goal")
 
     @property
     def goal(self) -> Limit:
@@ -135,7 +154,13 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         model,
         SectionRotation(mesh, mesh.facet_set("tip").points),
         Centreline(mesh, profile.bellows_length, profile.pitch),
+        _memory(solid, design) if settings.viscoelastic else None,
     )
+
+
+def _memory(solid: Solid, design: FingerDesign) -> Memory:
+    body = design.body
+    return Memory(solid, Relaxation(body.relaxation_time_s, body.relaxation_share))
 
 
 def _seam(mesh: Mesh, design: FingerDesign) -> list[Film]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -140,6 +139,21 @@ class Solid:
         """
         recover_cells(step, self.unknowns, self.n_kept, self._factors, self._scaled)
 
+    @property
+    def displacement_slots(self) -> IntArray:
+        """(n_cells, 3 n_nodes) numbers of each cell's displacements, node by node."""
+        return np.ascontiguousarray(self.unknowns[:, self._displacement_slot])
+
+    def remember(self, factor: FloatArray, history: FloatArray) -> None:
+        """Scale the isochoric law of each region and add a constant second Piola-Kirchhoff stress.
+
+        factor : (n_regions,) on the law's moduli
+        history : (n_cells, n_q, 6) components 11, 22, 33, 12, 13, 23 [MPa], see `memory`
+        """
+        mu, alpha, kappa = self._law
+        self.constants = (factor[:, None] * mu, alpha, kappa)
+        self._history = history
+
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray]:
         """Cauchy stress (n_cells, n_q, 3, 3) [MPa] and J (n_cells, n_q) at the quadrature points.
 
@@ -201,7 +215,8 @@ class Solid:
         for row, law in enumerate(rows):
             mu[row, : len(law.mu)], alpha[row, : len(law.alpha)] = law.mu, law.alpha
         kappa = np.array([self._bulk_shares(law) for law in rows])
-        self.constants: tuple[Any, ...] = (mu, alpha, kappa)
+        self._law: tuple[FloatArray, FloatArray, FloatArray] = (mu, alpha, kappa)
+        self.constants = self._law
         self.material = self.block.region
         self._law_number = np.array([rows.index(law) for law in rows])
 

@@ -25,6 +25,7 @@ from tubefoot.fea.measures import Stresses, percentile
 from tubefoot.fea.mesh import scaled_jacobian
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.timeline import TimedStep, Timeline
 from tubefoot.records import Run, write_json
 from tubefoot.units import DEG, KPA, ML
 
@@ -51,6 +52,7 @@ CURVE_COLUMNS = (
     "wall_s",
     "largest_stretch_p999",
     "contact_gap_where",
+    "time_s",
 )
 STRESS_COLUMNS = ("s11", "s22", "s33", "s12", "s13", "s23")
 
@@ -108,7 +110,11 @@ def solve_design(
     known = [ledger.load(k, finger.model.n_unknowns) for k in range(len(ledger.curve))]
     failure: ConvergenceError | None = None
     try:
-        path = follow(finger.model, finger.goal, finger.limits, stepping, recorder, known)
+        if finger.memory is None:
+            path = follow(finger.model, finger.goal, finger.limits, stepping, recorder, known)
+        else:
+            timeline = Timeline(finger.model, finger.memory, finger.limits, recorder)
+            path = timeline.run(finger.timeline(), _timed(known, ledger.curve))
     except ConvergenceError as error:
         failure, path = error, error.last_state or SolvedPath([])
         path.end_reason = f"no convergence: {error}"
@@ -118,6 +124,13 @@ def solve_design(
     if failure is not None:
         raise failure
     return SolveResult(run.directory, ledger.curve, ledger.regions, summary)
+
+
+def _timed(known: list[Step], curve: list[Row]) -> list[TimedStep]:
+    """The steps of an interrupted solve in time, with their times from the curve."""
+    return [
+        TimedStep.at(float(row["time_s"]), step, step.energy) for step, row in zip(known, curve, strict=True)
+    ]
 
 
 class _Recorder:
@@ -188,6 +201,7 @@ class _Recorder:
             "max_principal_p99_kpa": percentile(stresses.max_principal, stresses.weights, 0.99) / KPA,
             "min_jacobian": step.min_jacobian,
             "newton_iterations": step.iterations,
+            "time_s": step.time if isinstance(step, TimedStep) else None,
         }
 
     def _unit_rows(self, number: int, stresses: Stresses) -> list[Row]:
