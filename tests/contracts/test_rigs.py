@@ -19,12 +19,19 @@ from tubefoot.lab.replay import ReplayRig
 from tubefoot.lab.settings import RigSettings
 from tubefoot.twin.bench_plant import BenchPlant
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
+from tubefoot.twin.processor import NativeCore
 from tubefoot.twin.pty_board import PtyBoard
 
 
 @contextmanager
 def by_pipe(tmp_path):
     with SimulatedBoard(BenchPlant()) as board:
+        yield BoardRig(LockstepPort(board), RigSettings())
+
+
+@contextmanager
+def natively(tmp_path):
+    with SimulatedBoard(BenchPlant(), NativeCore()) as board:
         yield BoardRig(LockstepPort(board), RigSettings())
 
 
@@ -49,7 +56,7 @@ def by_replay(tmp_path):
     yield ReplayRig(path)
 
 
-@pytest.mark.parametrize("kind", [by_pipe, by_pty, by_replay])
+@pytest.mark.parametrize("kind", [by_pipe, natively, by_pty, by_replay])
 def test_the_contract_holds(kind, tmp_path):
     with kind(tmp_path) as rig:
         run_contract(rig)

@@ -12,6 +12,7 @@ from tubefoot.lab.messages import Fault, Status
 from tubefoot.twin.board import Operation, SimulatedBoard
 from tubefoot.twin.firmware import built
 from tubefoot.twin.plant import PumpDrive
+from tubefoot.twin.processor import PipedProcessor
 
 
 class SetVolts:
@@ -36,7 +37,7 @@ class WireTap:
 
     def __init__(self, step_s: float = 1e-4) -> None:
         self.plant = SetVolts()
-        self.board = SimulatedBoard(self.plant, firmware=built("board_test.elf"), step_s=step_s)
+        self.board = SimulatedBoard(self.plant, PipedProcessor(built("board_test.elf")), step_s)
         self.frames: list[Frame] = []
         self.sequence = 0
         self._decoder = FrameDecoder()

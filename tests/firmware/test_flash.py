@@ -14,12 +14,13 @@ from tubefoot.lab.settings import RigSettings
 from tubefoot.twin.bench_plant import BenchPlant
 from tubefoot.twin.board import SimulatedBoard
 from tubefoot.twin.firmware import BOOTLOADER, built
+from tubefoot.twin.processor import PipedProcessor
 from tubefoot.twin.pty_board import PtyBoard
 
 
 @pytest.mark.slow
 def test_a_blank_board_is_flashed_and_answers():
-    board = SimulatedBoard(BenchPlant(), firmware=Path(), bootloader=BOOTLOADER)
+    board = SimulatedBoard(BenchPlant(), PipedProcessor(firmware=Path(), bootloader=BOOTLOADER))
     with board, PtyBoard(board, head_start=0.5) as pty:
         report = flash(pty.name, built("board.hex"))
         assert "verified" in report

@@ -12,6 +12,7 @@ from tubefoot.lab.settings import RigSettings
 from tubefoot.twin.bench_plant import BenchPlant
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
 from tubefoot.twin.firmware import FOLDER
+from tubefoot.twin.processor import PipedProcessor
 
 BRIDGE = FOLDER / "simulator" / "second" / "bridge.mjs"
 pytestmark = [
@@ -25,7 +26,7 @@ pytestmark = [
 
 def session(simulator):
     """Pressures after a pulse, its end, and what silence does."""
-    with SimulatedBoard(BenchPlant(), simulator=simulator) as board:
+    with SimulatedBoard(BenchPlant(), PipedProcessor(simulator=simulator)) as board:
         rig = BoardRig(LockstepPort(board), RigSettings())
         rig.connect()
         rig.wait(0.1)

@@ -148,7 +148,7 @@ def test_lost_and_doubled_frames_do_not_double_a_pulse(board):
     rig.wait(0.1)
     expected = 6 * rig.pulse(1, 1.0, 0.02).volume
     assert rig.read().pumped_volume == pytest.approx(expected, rel=0.05)
-    assert 0 < board.plant.chamber_volume[0] < 7 * 1.45e3 * 0.02
+    assert 0 < board.plant.truth().chamber_volumes[0] < 7 * 1.45e3 * 0.02
 
 
 def test_the_board_stops_what_the_host_does_not_watch(board):

@@ -10,7 +10,8 @@ from tubefoot.lab.board_rig import BoardRig
 from tubefoot.lab.calibration import fit_flow, fit_sag, fit_sensor, measure_pressures, measure_supply
 from tubefoot.lab.pump import pumped_volume
 from tubefoot.lab.settings import FlowSettings, PumpSettings, RigSettings, SensorSettings
-from tubefoot.twin.bench_plant import BenchParameters, BenchPlant
+from tubefoot.twin.bench_plant import BenchPlant
+from tubefoot.twin.bench_settings import BenchSettings, SensorMake
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
 from tubefoot.twin.simulated_operator import SimulatedOperator
 from tubefoot.units import ML
@@ -65,8 +66,8 @@ def test_the_volume_of_a_pulse_has_the_uncertainty_of_its_law():
 
 
 def test_pressure_calibration_finds_the_sensors_offsets():
-    parameters = BenchParameters(sensor_offset=(0.05, -0.03))
-    plant = BenchPlant(parameters)
+    sensors = SensorMake(offset_right_v=0.05, offset_left_v=-0.03)
+    plant = BenchPlant(BenchSettings(sensors=sensors))
     with SimulatedBoard(plant) as board:
         rig = BoardRig(LockstepPort(board), RigSettings())
         rig.connect()
@@ -80,7 +81,9 @@ def test_pressure_calibration_finds_the_sensors_offsets():
 
 def test_supply_calibration_finds_what_sags_and_corrects_it():
     """A sensor with its own regulator, read as if it were ratiometric, reads high while the supply sags."""
-    plant = BenchPlant(BenchParameters(ratiometric=False, sensor_offset=(0.0, 0.0)))
+    plant = BenchPlant(
+        BenchSettings(sensors=SensorMake(ratiometric=False, offset_right_v=0.0, offset_left_v=0.0))
+    )
     with SimulatedBoard(plant) as board:
         rig = BoardRig(LockstepPort(board), RigSettings())
         rig.connect()

@@ -37,7 +37,7 @@ rig.connect()
 rig.pulse(1, 0.5, 5.0)
 rig.wait(float(sys.argv[2]))
 print(rig.clock.now(), flush=True)
-os.kill(board._process.pid, signal.SIGKILL)
+board.close()
 os.kill(os.getpid(), signal.SIGKILL)
 """
 

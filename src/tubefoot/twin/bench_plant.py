@@ -1,96 +1,121 @@
-"""A small bench: pump, two branches with trapped air, tubes, two chambers of a linear finger, sensors.
+"""Everything physical of one finger's bench as the board's pins see it: pump, fluid, finger, sensors, rail.
 
-Branch b: C_air p_b' = +-q - f, C_air = V0 p0 / (p0 + p_b)^2 (isothermal trapped air, gauge pressures).
-Tube: f = (p_b - p_c) / R. Chambers: w = c p_c + m (p_c - p_other), a linear compliance of each chamber and
-one of the partition between them. The pump has a dead band, a first-order lag and roller ripple. The branch
-pressures are solved implicitly, so that the step of 1 ms is stable. Gravity, creep, bubbles, contact are left
-out.
-
-Inside units: MPa, mm^3, s.
+The parts have files of their own (`pump`, `hydraulics`, `finger_response`, `transducers`); here they are
+stepped in turn, and hands may vent a branch, hold it at a pressure or spoil a sensor. MPa, mm^3, s.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, exp, tau
+from math import sin, tau
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tubefoot.lab.rig import FORWARD, REVERSE
+from tubefoot.lab.settings import BRANCHES
+from tubefoot.twin.bench_settings import BenchSettings
+from tubefoot.twin.finger_response import FingerResponse, finger_of
+from tubefoot.twin.hydraulics import Hydraulics
 from tubefoot.twin.plant import PumpDrive
-from tubefoot.units import ATMOSPHERE_MPA, KPA, ML
+from tubefoot.twin.pump import Pump
+from tubefoot.twin.transducers import Rail, Transducers
 
-TRANSDUCER_V_PER_KPA = 0.02
-ZERO_V = 2.5
-NOMINAL_V = 5.0
+ROOM_K = 296.15
+"""Absolute temperature at which the finger was identified: 23 degC."""
+CLIMATE_S = 0.1
+"""How often the temperature is looked at [s]."""
 
 
-@dataclass(frozen=True)
-class BenchParameters:
-    """What the bench is made of.
+@dataclass(frozen=True, slots=True)
+class Truth:
+    """The bench as it is, for tests and reports; nothing that steers may look at it.
 
-    flow : at full duty, forward and reverse [mm^3/s]
-    dead_duty : below it the pump stands, forward and reverse
-    lag : time constant of the pump [s]
-    ripple, rollers, stroke : depth of the flow ripple, rollers, volume of a turn [mm^3]
-    trapped_air : air pocket of each branch at zero pressure [mm^3]
-    tube_resistance : [MPa s/mm^3]
-    chamber_compliance, partition_compliance : volume by own pressure, by pressure difference [mm^3/MPa]
-    sensor_noise : standard deviation of a sensor's output [V]
-    sensor_offset : zero shift of each sensor [V]
-    supply_sag : drop of the 5 V rail at full duty, and its extra at motor start [V]
-    ratiometric : whether the sensors' outputs scale with the supply
+    time : since power-up [s]
+    bend : direction of the finger's tip [rad]
+    unit_angles : from the base [rad]
+    chamber_pressures, branch_pressures : gauge, right and left [MPa]
+    chamber_volumes : liquid that entered each chamber since the start [mm^3]
+    column_levels : of the visible columns, right and left [mm]
+    pump_flow : of the motor's speed, without ripple [mm^3/s]
+    temperature : difference from 23 degC [K]
     """
 
-    flow: tuple[float, float] = (1.45 * ML, 1.38 * ML)
-    dead_duty: tuple[float, float] = (0.14, 0.16)
-    lag: float = 0.05
-    ripple: float = 0.35
-    rollers: int = 3
-    stroke: float = 0.9 * ML
-    trapped_air: tuple[float, float] = (1.0 * ML, 1.1 * ML)
-    tube_resistance: float = 1.9e-6
-    chamber_compliance: float = 2.0 * ML / (100 * KPA)
-    partition_compliance: float = 1.5 * ML / (100 * KPA)
-    sensor_noise: float = 0.004
-    sensor_offset: tuple[float, float] = (0.012, -0.008)
-    supply_sag: tuple[float, float] = (0.10, 0.15)
-    ratiometric: bool = True
+    time: float
+    bend: float
+    unit_angles: NDArray[np.float64]
+    chamber_pressures: tuple[float, float]
+    branch_pressures: tuple[float, float]
+    chamber_volumes: tuple[float, float]
+    column_levels: tuple[float, float]
+    pump_flow: float
+    temperature: float
 
 
 class BenchPlant:
-    """The bench of one finger; the same seed gives the same run.
+    """The bench of one finger; the same settings and seed give the same run.
 
-    `vented` opens both branches to the air; `applied` holds a branch at a given pressure, as a syringe would;
-    `dispensed` counts what leaves the right branch while vented; `overrides` replaces outputs by volts.
+    `vent` and `hold` are what hands do to the branches; `dispensed` counts what leaves the right branch while
+    vented [mm^3]; `overrides` replaces sensor outputs, by input, with volts.
     """
 
-    def __init__(self, parameters: BenchParameters | None = None, seed: int = 0):
+    def __init__(
+        self, make: BenchSettings | None = None, seed: int = 0, finger: FingerResponse | None = None
+    ):
         """Set the bench up at rest.
 
-        parameters : what it is made of
-        seed : of the sensor noise
+        make : what it is made of; the nominal bench if not given
+        seed : of the sensor noise and of where the rollers stand
+        finger : how the chambers respond; by the settings if not given
         """
-        self.parameters = parameters or BenchParameters()
-        self.branch_pressure = np.zeros(2)
-        self.chamber_volume = np.zeros(2)
-        self.pump_flow = 0.0
-        self.vented = False
-        self.applied: dict[int, float] = {}
+        self.make = make or BenchSettings()
+        rollers, noise = np.random.default_rng(seed).spawn(2)
+        self.time = 0.0
+        self.finger = finger or finger_of(self.make.finger)
+        self.hydraulics = Hydraulics(self.make, self.finger)
+        self.pump = Pump(self.make.pump, rollers.uniform(0.0, tau))
+        self.rail = Rail(self.make.sensors)
+        self.transducers = Transducers(self.make.sensors, noise)
         self.dispensed = 0.0
         self.overrides: dict[int, float] = {}
-        self._supply = NOMINAL_V
-        self._roller = 0.0
-        self._started = 0.0
-        self._noise = np.random.default_rng(seed)
+        self._vented = False
+        self._climate_due = 0.0
 
-    @property
-    def chamber_pressure(self) -> np.ndarray:
-        """Pressures of the right and left chamber [MPa]."""
-        c, m = self.parameters.chamber_compliance, self.parameters.partition_compliance
-        stiffness = np.array([[c + m, m], [m, c + m]]) / (c * (c + 2 * m))
-        pressure: np.ndarray = stiffness @ self.chamber_volume
-        return pressure
+    def vent(self) -> None:
+        """Open both branches to the air."""
+        self._vented = True
+        for side in self.hydraulics.sides:
+            side.held = 0.0
+
+    def hold(self, branch: str, pressure: float) -> None:
+        """Hold one branch at a pressure, as a syringe would; the other one is closed.
+
+        branch : `right` or `left`
+        pressure : gauge [MPa]
+        """
+        self._vented = False
+        for name, side in zip(BRANCHES, self.hydraulics.sides, strict=False):
+            side.held = pressure if name == branch else None
+
+    def seal(self) -> None:
+        """Close both branches."""
+        self._vented = False
+        for side in self.hydraulics.sides:
+            side.held = None
+
+    def truth(self) -> Truth:
+        """The bench as it is."""
+        fluid = self.hydraulics
+        return Truth(
+            self.time,
+            self.finger.bend,
+            self.finger.unit_angles,
+            fluid.chamber_pressure,
+            fluid.branch_pressure,
+            fluid.chamber_volumes,
+            fluid.column_levels,
+            self.pump.flow,
+            self._kelvin(),
+        )
 
     def step(self, duration: float, drive: PumpDrive) -> None:
         """Move on.
@@ -98,65 +123,38 @@ class BenchPlant:
         duration : [s]
         drive : what the pump got meanwhile
         """
-        self._turn_pump(duration, drive)
-        self._sag(duration, drive)
-        flow = self._rippled(duration)
-        if self.vented:
+        self.time += duration
+        if self.time >= self._climate_due:
+            self._climate_due = self.time + CLIMATE_S
+            self._warm()
+        self.rail.step(duration, drive.duty if drive.direction else 0.0)
+        flow = self.pump.step(duration, drive.direction, drive.duty)
+        if self._vented:
             self.dispensed += flow * duration
-            self.branch_pressure[:] = 0.0
-        else:
-            self._exchange(duration, flow)
-        for branch, pressure in self.applied.items():
-            self.branch_pressure[branch] = pressure
+        self.hydraulics.step(duration, flow)
+        self.transducers.step(duration, self.hydraulics.branch_pressure)
 
     def sensor_volts(self) -> tuple[float, float, float, float]:
         """Outputs of the two sensors [V]; the other two inputs are pulled to ground."""
-        scale = self._supply / NOMINAL_V if self.parameters.ratiometric else 1.0
-        clean = ZERO_V + TRANSDUCER_V_PER_KPA * self.branch_pressure / KPA + self.parameters.sensor_offset
-        noisy = (clean + self.parameters.sensor_noise * self._noise.standard_normal(2)) * scale
-        volts = [*np.clip(noisy, 0.25, 4.75).tolist(), 0.0, 0.0]
+        right, left = self.transducers.volts(self.rail.volts)
+        if not self.overrides:
+            return right, left, 0.0, 0.0
+        volts = [right, left, 0.0, 0.0]
         for channel, value in self.overrides.items():
             volts[channel] = value
         return volts[0], volts[1], volts[2], volts[3]
 
     def supply_volts(self) -> float:
         """The board's 5 V rail [V]."""
-        return self._supply
+        return self.rail.volts
 
-    def _turn_pump(self, duration: float, drive: PumpDrive) -> None:
-        wanted = 0.0
-        if drive.direction != 0:
-            side = 0 if drive.direction == FORWARD else 1
-            dead = self.parameters.dead_duty[side]
-            sign = 1.0 if drive.direction == FORWARD else float(REVERSE)
-            wanted = sign * self.parameters.flow[side] * max(0.0, drive.duty - dead) / (1.0 - dead)
-        self.pump_flow += (wanted - self.pump_flow) * (1.0 - exp(-duration / self.parameters.lag))
+    def _kelvin(self) -> float:
+        climate = self.make.climate
+        swing = climate.swing_k * sin(tau * self.time / climate.swing_period_s)
+        return climate.start_k + climate.drift_k_per_h * self.time / 3600.0 + swing
 
-    def _sag(self, duration: float, drive: PumpDrive) -> None:
-        running, start = self.parameters.supply_sag
-        on = drive.duty if drive.direction else 0.0
-        self._started = self._started + duration if on else 0.0
-        surge = start * exp(-self._started / self.parameters.lag) if on else 0.0
-        self._supply = NOMINAL_V - on * (running + surge)
-
-    def _rippled(self, duration: float) -> float:
-        """Flow of the pump with the dips of its rollers, their mean removed [mm^3/s]."""
-        p = self.parameters
-        self._roller += abs(self.pump_flow) * duration / p.stroke * p.rollers * tau
-        dip = max(0.0, cos(self._roller)) ** 4
-        mean_dip = 3.0 / 16.0  # of max(0, cos)^4 over a turn
-        return self.pump_flow * (1.0 - p.ripple * (dip - mean_dip))
-
-    def _exchange(self, duration: float, flow: float) -> None:
-        """Move fluid between pump, branches and chambers, branch and chamber pressures implicit."""
-        p = self.parameters
-        air = np.array(p.trapped_air) * ATMOSPHERE_MPA / (ATMOSPHERE_MPA + self.branch_pressure) ** 2
-        c, m = p.chamber_compliance, p.partition_compliance
-        stiffness = np.array([[c + m, m], [m, c + m]]) / (c * (c + 2 * m))
-        source = np.array([flow, -flow])
-        system = np.diag(p.tube_resistance + duration / air) + duration * stiffness
-        driving = self.branch_pressure + duration * source / air - stiffness @ self.chamber_volume
-        tube_flow = np.linalg.solve(system, driving)
-        self.branch_pressure += duration * (source - tube_flow) / air
-        np.maximum(self.branch_pressure, -0.99 * ATMOSPHERE_MPA, out=self.branch_pressure)
-        self.chamber_volume += duration * tube_flow
+    def _warm(self) -> None:
+        """Let air and walls take the room's temperature; the loop was closed at that of the start."""
+        climate, now = self.make.climate, self._kelvin()
+        self.hydraulics.temperature = (ROOM_K + now) / (ROOM_K + climate.start_k)
+        self.finger.scale_stiffness(max(0.05, 1.0 + climate.stiffness_per_k * now))

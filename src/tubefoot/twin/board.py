@@ -1,6 +1,6 @@
 """The real firmware on a simulated board, in lock-step with a plant, in virtual time.
 
-A program of its own (firmware/simulator) runs the processor; each step it is told the voltages at the pins
+The firmware runs in a processor (`processor.py`); each step it is told the voltages at the pins
 and tells what the pump's pins did. Nothing happens between steps, so a run is repeatable to the bit and takes
 as long as the computation, not as long as the time it simulates. `LockstepPort` gives the host's link the
 same interface as a serial port: waiting for bytes is what makes virtual time pass.
@@ -8,25 +8,17 @@ same interface as a serial port: waiting for bytes is what makes virtual time pa
 
 from __future__ import annotations
 
-import contextlib
-import struct
-import subprocess
 import time
-import weakref
 from collections.abc import Callable
 from enum import IntEnum
-from pathlib import Path
 from types import TracebackType
 
 from tubefoot.errors import LinkError
 from tubefoot.lab.port import Received
-from tubefoot.twin.firmware import built
 from tubefoot.twin.plant import Plant, PumpDrive
+from tubefoot.twin.processor import ANSWER, BYTES_AT_ONCE, CYCLES_PER_S, REQUEST, PipedProcessor, Processor
 
-CYCLES_PER_S = 16_000_000
-_REQUEST = struct.Struct("<I4HHBBH")
-_ANSWER = struct.Struct("<QIBBBBH")
-_QUEUE_BYTES = 65_000
+_DIRECTIONS = {1: 1, 2: -1}
 
 
 class Operation(IntEnum):
@@ -47,21 +39,12 @@ class SimulatedBoard:
     to_host, to_board : filters on the bytes in either direction, for fault injection
     """
 
-    def __init__(
-        self,
-        plant: Plant,
-        firmware: Path | None = None,
-        bootloader: Path | None = None,
-        step_s: float = 1e-3,
-        simulator: list[str] | None = None,
-    ):
+    def __init__(self, plant: Plant, processor: Processor | None = None, step_s: float = 1e-3):
         """Power the board up.
 
         plant : what the pins are wired to
-        firmware : the program's .elf; the bench's if not given
-        bootloader : a boot loader's .hex to start in
+        processor : what runs the firmware; the real binary in simavr if not given
         step_s : length of a step [s]
-        simulator : command line of the simulator; simavr's bridge if not given
         """
         self.plant = plant
         self.step_s = step_s
@@ -70,12 +53,7 @@ class SimulatedBoard:
         self.to_board: Callable[[bytes], bytes] = lambda data: data
         self._cycle = self._steps = 0
         self._outgoing = b""
-        command = simulator or [str(built("bridge"))]
-        program = str(firmware or built("board.elf")) if firmware != Path() else ""
-        self._process = subprocess.Popen(
-            [*command, program, str(bootloader or "")], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-        )
-        self._cleanup = weakref.finalize(self, _end, self._process)
+        self._processor = processor or PipedProcessor()
 
     def __enter__(self) -> SimulatedBoard:
         return self
@@ -123,33 +101,32 @@ class SimulatedBoard:
 
     def close(self) -> None:
         """Switch the board off."""
-        self._cleanup()
+        self._processor.close()
 
     def _exchange(self, operation: Operation) -> tuple[bytes, int]:
         """Run the processor to the end of the next step; what it sent, and the answer's count."""
         target = round((self._steps + 1) * self.step_s * CYCLES_PER_S)
         cycles = max(1, target - self._cycle)  # steps end within one instruction of a fixed grid
-        millivolts = [round(1e3 * volts) for volts in self.plant.sensor_volts()]
-        outgoing, self._outgoing = self._outgoing[:_QUEUE_BYTES], self._outgoing[_QUEUE_BYTES:]
-        supply = round(1e3 * self.plant.supply_volts())
-        request = _REQUEST.pack(cycles, *millivolts, supply, operation, 0, len(outgoing))
-        stdin, stdout = self._process.stdin, self._process.stdout
-        if stdin is None or stdout is None or stdin.closed:
-            raise LinkError("the simulated board is switched off")
-        try:
-            stdin.write(request + outgoing)
-            stdin.flush()
-            head = stdout.read(_ANSWER.size)
-        except (BrokenPipeError, OSError) as error:
-            raise LinkError(f"the simulated board has ended: {error}") from error
-        if len(head) < _ANSWER.size:
-            raise LinkError(f"the simulated board has ended with exit code {self._process.wait()}")
-        cycle, high, pins, _, _, _, count = _ANSWER.unpack(head)
+        volts = self.plant.sensor_volts()
+        outgoing, self._outgoing = self._outgoing[:BYTES_AT_ONCE], self._outgoing[BYTES_AT_ONCE:]
+        request = REQUEST.pack(
+            cycles,
+            round(1e3 * volts[0]),
+            round(1e3 * volts[1]),
+            round(1e3 * volts[2]),
+            round(1e3 * volts[3]),
+            round(1e3 * self.plant.supply_volts()),
+            operation,
+            0,
+            len(outgoing),
+        )
+        head, incoming = self._processor.exchange(request, outgoing)
+        cycle, high, pins, _, _, _, _ = ANSWER.unpack(head)
         passed, self._cycle = cycle - self._cycle, cycle
-        direction = {1: 1, 2: -1}.get(pins, 0)
         if operation != Operation.MEASURE_RAM:
+            direction = _DIRECTIONS.get(pins, 0)
             self.drive = PumpDrive(direction, min(1.0, high / max(1, passed)) if direction else 0.0)
-        return stdout.read(count), high
+        return incoming, high
 
 
 class LockstepPort:
@@ -239,15 +216,3 @@ class LockstepClock:
         deadline = self.now() + seconds - 1e-9
         while self.now() < deadline:
             self._port.advance()
-
-
-def _end(process: subprocess.Popen[bytes]) -> None:
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            with contextlib.suppress(OSError):
-                pipe.close()
-    try:
-        process.wait(timeout=5)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()

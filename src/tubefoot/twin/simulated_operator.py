@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from tubefoot.lab.settings import BRANCHES
 from tubefoot.twin.bench_plant import BenchPlant
 from tubefoot.units import KPA, ML
 
@@ -27,8 +26,7 @@ class SimulatedOperator:
 
     def vent(self) -> None:
         """Open both branches."""
-        self._plant.applied.clear()
-        self._plant.vented = True
+        self._plant.vent()
 
     def apply_pressure(self, branch: str, pressure_kpa: float) -> float:
         """What the reference gauge shows [kPa].
@@ -36,8 +34,7 @@ class SimulatedOperator:
         branch : which
         pressure_kpa : what is set
         """
-        self._plant.vented = False
-        self._plant.applied = {BRANCHES.index(branch): pressure_kpa * KPA}
+        self._plant.hold(branch, pressure_kpa * KPA)
         return pressure_kpa + GAUGE_SIGMA_KPA * float(self._noise.standard_normal())
 
     def pumped_ml(self, direction: int) -> float:
