@@ -124,6 +124,16 @@ def beyond(solid: Solid, y: float, above: bool) -> Solid:
     return grouped(solid.intersect(box((low.X - 1.0, high.X + 1.0), span, (low.Z - 1.0, high.Z + 1.0))))
 
 
+def first_quadrant(solid: Solid) -> Solid:
+    """The part of a solid at x >= 0, y >= 0.
+
+    solid : what to split
+    """
+    bounds = solid.bounding_box()
+    x, y = bounds.max.X + 1.0, bounds.max.Y + 1.0
+    return grouped(solid.intersect(box((0.0, x), (0.0, y), (bounds.min.Z - 1.0, bounds.max.Z + 1.0))))
+
+
 def volume(solid: Solid) -> float:
     """Volume of a solid [mm^3].
 

@@ -18,6 +18,7 @@ from tubefoot.fea.elements import PressureSpace
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
+from tubefoot.fea.finger_tetrahedra import finger_tetrahedra
 from tubefoot.fea.measures import Centreline, SectionRotation
 from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
@@ -56,8 +57,12 @@ class SolveSettings(Settings):
     states: Annotated[int, Field(ge=1, le=400)] = 8
     """Into how many states the way is cut, about."""
     element_size_mm: Annotated[float, Field(ge=0.2, le=10.0)] = DEFAULT_ELEMENT_SIZE
+    mesh_kind: Literal["hexahedra", "tetrahedra"] = "hexahedra"
+    """hexahedra: the profile swept along y; tetrahedra: the solid meshed by Netgen."""
+    ports: bool = False
+    """Whether tubes, bores and their plugs are part of the solid; needs tetrahedra."""
     pressure_space: PressureSpace = "continuous"
-    """Pressure space of the 27-node hexahedra."""
+    """Pressure space that goes with the cells; on tetrahedra only the continuous one does not lock."""
     cavities: Literal["coupled", "volume", "pressure"] = "coupled"
     """coupled: what is pumped into the right chamber comes out of the left one; volume, pressure: both
     chambers' volume changes or pressures are prescribed, the left one's as `left_over_right` of the right."""
@@ -83,6 +88,11 @@ class SolveSettings(Settings):
     def _reachable(self) -> Self:
         if self.target == 0.0:
             raise ValueError(f"the target {self.until} = 0 is the state at rest; name another value")
+        if self.ports and self.mesh_kind == "hexahedra":
+            raise ValueError(
+                "ports are not part of the swept hexahedra; solve with mesh_kind = tetrahedra "
+                "(--mesh-kind tetrahedra)"
+            )
         if self.until.startswith("pressure") and self.target * KPA <= -ATMOSPHERE_MPA:
             raise ValueError(
                 f"the target {self.until} = {self.target:g} kPa is at or below absolute vacuum "
@@ -137,8 +147,9 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
 
     Raises GeometryError when the mesh is not fit for a solve.
     """
-    mesh = finger_mesh(design.profile, settings.element_size_mm)
-    solid = Solid(mesh, {"*": ogden_law(design.body)}, pressure=settings.pressure_space)
+    mesh = _mesh(design, settings)
+    rigid = OgdenLaw.elastic(design.rigid.youngs_modulus_mpa, design.rigid.poisson_ratio)
+    solid = Solid(mesh, {"*": ogden_law(design.body), "tubes": rigid}, pressure=settings.pressure_space)
     air = (settings.air_right_ml, settings.air_left_ml)
     cavities = [
         Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
@@ -156,6 +167,13 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         Centreline(mesh, profile.bellows_length, profile.pitch),
         _memory(solid, design) if settings.viscoelastic else None,
     )
+
+
+def _mesh(design: FingerDesign, settings: SolveSettings) -> Mesh:
+    """The half finger y >= 0, swept or of tetrahedra; regions and facet sets have the same names."""
+    if settings.mesh_kind == "hexahedra":
+        return finger_mesh(design.profile, settings.element_size_mm)
+    return finger_tetrahedra(design, settings.element_size_mm, settings.ports)
 
 
 def _memory(solid: Solid, design: FingerDesign) -> Memory:
