@@ -95,5 +95,6 @@ class Seam(Settings):
     """Young's modulus of the film [MPa]; 0 means the ideal seam. Unknown for a print: identify it."""
     poisson_ratio: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.4
     """Ratio of lateral to axial strain of the film."""
-    bond_strength_mpa: Annotated[float, Field(gt=0.0)] = 1.0
-    """Tensile strength of the bond [MPa]; unknown for a print: measure it; used for margins only."""
+    bond_strength_mpa: Annotated[float, Field(gt=0.0)] | None = None
+    """Tensile strength of the bond [MPa]; no source has one for these materials, so margins stay empty until
+    one is measured and given here."""

@@ -19,6 +19,9 @@ from tubefoot.records import Run, read_table, write_json, write_table, write_who
 
 Row = dict[str, Any]
 
+FURTHER_TABLES = ("seam", "hotspots")
+"""Tables beside curve, regions and units that a run may have."""
+
 
 @dataclass
 class Ledger:
@@ -29,6 +32,7 @@ class Ledger:
     curve: list[Row] = field(default_factory=list)
     regions: list[Row] = field(default_factory=list)
     units: list[Row] = field(default_factory=list)
+    further: dict[str, list[Row]] = field(default_factory=lambda: {name: [] for name in FURTHER_TABLES})
     summary: dict[str, Any] | None = None
     spent: dict[str, float] = field(default_factory=lambda: {"cpu_s": 0.0, "wall_s": 0.0})
 
@@ -67,6 +71,9 @@ class Ledger:
             for name in ("regions", "units"):
                 rows = read_table(self.run.path(f"{name}.csv"))
                 setattr(self, name, [row for row in rows if row["step"] in steps])
+            for name in FURTHER_TABLES:
+                if (table := self.run.path(f"{name}.csv")).exists():
+                    self.further[name] = [row for row in read_table(table) if row["step"] in steps]
         if (summary := self.run.path("summary.json")).exists():
             found = json.loads(summary.read_text())
             self.summary = found if found["converged"] else None
@@ -76,10 +83,18 @@ class Ledger:
             for path in self.run.directory.glob(pattern):
                 path.unlink()
 
-    def append(self, row: Row, regions: list[Row], units: list[Row], step: Step) -> None:
+    def append(
+        self,
+        row: Row,
+        regions: list[Row],
+        units: list[Row],
+        step: Step,
+        further: dict[str, list[Row]] | None = None,
+    ) -> None:
         """Put a converged state on disk: the state first, then the tables that name it.
 
         row : its row of the curve; regions, units : its rows of the stress tables; step : the state
+        further : its rows of some of the `FURTHER_TABLES`
         """
         buffer = io.BytesIO()
         np.savez(
@@ -96,6 +111,9 @@ class Ledger:
         self.regions += regions
         self.units += units
         self.curve.append(row)
+        for name, rows in (further or {}).items():
+            self.further[name] += rows
+            write_table(self.run.path(f"{name}.csv"), self.further[name])
         write_table(self.run.path("units.csv"), self.units)
         write_table(self.run.path("regions.csv"), self.regions)
         write_table(self.run.path("curve.csv"), self.curve)

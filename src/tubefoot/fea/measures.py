@@ -19,6 +19,9 @@ from tubefoot.fea.solid import Solid
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+RIGID_REGIONS = ("plate", "tube")
+"""Regions of rigid parts, which the stresses of the body leave out."""
+
 PAPER_AXES = {"s11": (0, 0), "s22": (2, 2), "s33": (1, 1), "s12": (0, 2), "s13": (0, 1), "s23": (2, 1)}
 """Stress components of the paper as (row, column) of the x, y, z tensor."""
 
@@ -123,9 +126,14 @@ class Stresses:
         row, column = PAPER_AXES[name]
         return self.cauchy[..., row, column]
 
+    @property
+    def soft(self) -> NDArray[np.bool_]:
+        """(n_cells,) which cells are of the soft body, not of a rigid part."""
+        return ~np.isin(self.region, RIGID_REGIONS)
+
     def by_region(self) -> Iterator[tuple[str, NDArray[np.bool_]]]:
-        """Each region's name with the mask of its cells; `all` first."""
-        yield "all", np.ones(len(self.region), dtype=bool)
+        """Each region's name with the mask of its cells; first `all`, which is the soft body."""
+        yield "all", self.soft
         for name in np.unique(self.region):
             yield str(name), self.region == name
 

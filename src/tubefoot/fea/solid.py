@@ -176,8 +176,40 @@ class Solid:
         )
         return cauchy, jacobians
 
+    def stresses_at(self, state: State, cells: IntArray, reference: FloatArray) -> FloatArray:
+        """Cauchy stress at given places of some cells, (n, n_points, 3, 3) [MPa].
+
+        state : where to evaluate; cells : (n,) their numbers; reference : (n_points, 3) places in each cell
+        """
+        kind, nodes = self.kind, self.block.nodes[cells]
+        slopes = kind.shape_gradient(reference)
+        inverse = np.linalg.inv(np.einsum("cai,qaj->cqij", self._rest[nodes], slopes, optimize=True))
+        gradients = np.ascontiguousarray(np.einsum("qaj,cqji->cqai", slopes, inverse, optimize=True))
+        points = np.einsum("qa,cai->cqi", kind.shape(reference), self._rest[nodes])
+        cauchy, jacobians = (
+            np.empty((len(cells), len(reference), 3, 3)),
+            np.empty((len(cells), len(reference))),
+        )
+        carry = kind.shape(reference) @ np.linalg.pinv(kind.shape(kind.quadrature_points))
+        history = self._history[cells] if len(self._history) else self._history
+        point_stresses(
+            state.unknowns,
+            self.unknowns[cells],
+            gradients,
+            self._pressure_shapes(cells, reference, points),
+            self.material[cells],
+            *self.constants,
+            np.ascontiguousarray(np.einsum("pq,cqi->cpi", carry, history)),
+            self._displacement_slot,
+            self._pressure_slot,
+            cauchy,
+            jacobians,
+        )
+        return cauchy
+
     def _prepare_geometry(self, mesh: Mesh) -> None:
         kind, block = self.kind, self.block
+        self._rest = mesh.points
         matrices = jacobian_at(mesh.points, block, kind.quadrature_points)
         determinants = np.linalg.det(matrices)
         inverse = np.linalg.inv(matrices)
@@ -185,22 +217,26 @@ class Solid:
         self.gradients = np.ascontiguousarray(np.einsum("qaj,cqji->cqai", reference, inverse, optimize=True))
         self.weights = np.ascontiguousarray(determinants * kind.quadrature_weights)
         self.points = np.einsum("qa,cai->cqi", kind.shape(kind.quadrature_points), mesh.points[block.nodes])
-        self.pressure_shapes = self._pressure_shapes()
+        self.pressure_shapes = self._pressure_shapes(slice(None), kind.quadrature_points, self.points)
 
-    def _pressure_shapes(self) -> FloatArray:
-        n_cells, n_q = self.weights.shape
+    def _pressure_shapes(
+        self, cells: slice | IntArray, reference: FloatArray, points: FloatArray
+    ) -> FloatArray:
+        """Shape functions of the pressure at points (n_cells, n_q, 3) with those places in the cell."""
+        n_cells, n_q = points.shape[:2]
         if self.pressure == "none":
             return np.empty((n_cells, n_q, 0))
         if self.pressure == "constant":
             return np.ones((n_cells, n_q, 1))
         if self.pressure == "continuous":
-            shape = self.kind.corner_shape(self.kind.quadrature_points)
+            shape = self.kind.corner_shape(reference)
             return np.broadcast_to(shape, (n_cells, *shape.shape)).copy()
         # Linear in space (not in the reference cell): optimal also on distorted cells,
         # Boffi and Gastaldi, Math. Models Methods Appl. Sci. 12, 2002.
-        volume = self.weights.sum(axis=1)
-        centre = np.einsum("cq,cqi->ci", self.weights, self.points) / volume[:, None]
-        local = (self.points - centre[:, None]) / np.cbrt(volume)[:, None, None]
+        weights = self.weights[cells]
+        volume = weights.sum(axis=1)
+        centre = np.einsum("cq,cqi->ci", weights, self.points[cells]) / volume[:, None]
+        local = (points - centre[:, None]) / np.cbrt(volume)[:, None, None]
         return np.concatenate([np.ones((n_cells, n_q, 1)), local], axis=2)
 
     def _prepare_laws(self, mesh: Mesh, laws: Mapping[str, OgdenLaw]) -> None:

@@ -20,11 +20,13 @@ from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.fields import write_fields, write_index
 from tubefoot.fea.finger_model import HALF, FingerModel, SolveSettings, build_finger, largest_stretch
 from tubefoot.fea.gaps import FacingWalls, facing_walls, smallest_gap
+from tubefoot.fea.hotspots import hotspot_rows
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import Stresses, percentile
 from tubefoot.fea.mesh import scaled_jacobian
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.seam import Seam, seam_rows
 from tubefoot.fea.timeline import TimedStep, Timeline
 from tubefoot.records import Run, write_json
 from tubefoot.units import DEG, KPA, ML
@@ -141,6 +143,7 @@ class _Recorder:
         self.walls: list[FacingWalls] = facing_walls(
             finger.mesh, finger.design.profile.pitch, finger.design.profile.units
         )
+        self.seam = Seam(finger.mesh, finger.solid)
         self.fields = [
             (float(row["pumped_volume_ml"]), path)
             for row in ledger.curve
@@ -168,7 +171,13 @@ class _Recorder:
             "wall_s": wall_s,
         }
         row = {name: row[name] for name in CURVE_COLUMNS}
-        self.ledger.append(row, region_rows(number, stresses), self._unit_rows(number, stresses), step)
+        self.ledger.append(
+            row,
+            region_rows(number, stresses),
+            self._unit_rows(number, stresses),
+            step,
+            self._further_rows(number, step, stresses),
+        )
         self.ledger.note_spent(time.process_time() - self._cpu_started, self.run.wall_s)
         if self.finger.settings.fields == "all" and number > 0:
             self._write_fields(number, row, step)
@@ -215,6 +224,17 @@ class _Recorder:
             shares = {f"von_mises_p{s}_kpa": percentile(values, weights, s / 100) / KPA for s in (50, 95, 99)}
             rows.append({"step": number, "unit": k + 1, **shares})
         return rows
+
+    def _further_rows(self, number: int, step: Step, stresses: Stresses) -> dict[str, list[Row]]:
+        """Rows of seam.csv and hotspots.csv."""
+        finger = self.finger
+        found = self.seam.read(finger.model, step.state)
+        strength = finger.design.seam.bond_strength_mpa
+        half_height = finger.design.profile.height / 2
+        return {
+            "seam": seam_rows(number, self.seam, found, strength),
+            "hotspots": hotspot_rows(number, stresses, finger.solid.points, half_height),
+        }
 
     def _field_path(self, number: int) -> Path:
         return self.run.path(f"fields/state_{number:04d}.vtu")
