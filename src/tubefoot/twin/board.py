@@ -36,6 +36,7 @@ class SimulatedBoard:
 
     plant : what the pins are wired to
     drive : what the pump got in the last step
+    reset_due : whether the reset button is pressed before the next step
     to_host, to_board : filters on the bytes in either direction, for fault injection
     """
 
@@ -53,6 +54,7 @@ class SimulatedBoard:
         self.to_board: Callable[[bytes], bytes] = lambda data: data
         self._cycle = self._steps = 0
         self._outgoing = b""
+        self.reset_due = False
         self._processor = processor or PipedProcessor()
 
     def __enter__(self) -> SimulatedBoard:
@@ -88,6 +90,8 @@ class SimulatedBoard:
 
         operation : what to do to the board first
         """
+        if self.reset_due:
+            operation, self.reset_due = Operation.RESET, False
         out, _ = self._exchange(operation)
         self._steps += 1
         self.plant.step(self.step_s, self.drive)
@@ -130,7 +134,10 @@ class SimulatedBoard:
 
 
 class LockstepPort:
-    """A port, and a clock, on a simulated board: waiting makes virtual time pass."""
+    """A port, and a clock, on a simulated board: waiting makes virtual time pass.
+
+    on_step : called with the time after each step
+    """
 
     def __init__(self, board: SimulatedBoard, name: str = "simulated board", real_time: bool = False):
         """Wire a host to a board.
@@ -146,6 +153,7 @@ class LockstepPort:
         self._inbox: list[bytes] = []
         self._open = False
         self.unplugged = False
+        self.on_step: Callable[[float], None] = lambda time: None
 
     def open(self) -> None:
         """Open the line; unlike an Uno's, this does not restart the board."""
@@ -188,6 +196,20 @@ class LockstepPort:
             time.sleep(max(0.0, self.board.time - (time.monotonic() - self._ahead_of)))
         if out and self._open and not self.unplugged:
             self._inbox.append(out)
+        self.on_step(self.board.time)
+
+    def press_reset(self) -> None:
+        """Press the board's reset button."""
+        self.board.reset_due = True
+
+    def unplug(self, out: bool) -> None:
+        """Pull the cable out of the host, or put it back; the board goes on unheard.
+
+        out : whether it is pulled
+        """
+        self.unplugged = out
+        if out:
+            self.close()
 
     def _demand_line(self) -> None:
         if not self._open or self.unplugged:
