@@ -4,21 +4,28 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
 from tubefoot.errors import ConfigError
 
+if TYPE_CHECKING:
+    from tubefoot.fea.solid_part import SolidPart
+
 
 def solve(
-    design: Path,
+    design: Path | None = None,
     /,
     *,
+    mesh: Path | None = None,
+    solid: Path | None = None,
     out: Path | None = None,
     until: str = "pressure_right_kpa=35",
     states: int = 8,
     element_size_mm: float | None = None,
+    mesh_kind: str = "hexahedra",
+    ports: Annotated[bool, Parameter(negative="")] = False,
     cavities: str = "coupled",
     left_over_right: float = 0.0,
     air_right_ml: float = 0.0,
@@ -32,16 +39,23 @@ def solve(
     pictures: bool = True,
     overwrite: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """Solve a finger: curve.csv, regions.csv, summary.json, stress fields for ParaView, pictures.
+    """Solve a finger, or any soft solid with chambers: curve.csv, regions.csv, summary.json, stress fields for ParaView, pictures.
 
     An interrupted run goes on at its last converged state when the same command is given again.
 
     Example: tubefoot solve examples/designs/reference-3.toml --until bend_deg=10 --out out/bend-10
 
+    Example: tubefoot solve --solid examples/solids/eccentric-tube.toml --out out/eccentric-tube
+
     Parameters
     ----------
     design
         Design file, as written by `tubefoot new`.
+    mesh
+        In place of a design: mesh (.msh, .inp, .vtu) or solid (.step) with surface sets base, tip,
+        cavity_right, and maybe cavity_left, mid_plane; with a design, its body material is taken.
+    solid
+        In place of a design: settings file with mesh or STEP file, names of its sets, materials.
     out
         Directory for the results; out/NAME if not given.
     until
@@ -51,6 +65,10 @@ def solve(
         Into how many states the way is cut, about.
     element_size_mm
         Longest edge of a cell [mm].
+    mesh_kind
+        How a design is meshed: hexahedra (swept) or tetrahedra (Netgen).
+    ports
+        Whether tubes and bores are part of the solid; with tetrahedra.
     cavities
         coupled (one pump moves fluid from the left to the right chamber), volume or pressure
         (both chambers prescribed, the left one's by --left-over-right).
@@ -80,12 +98,13 @@ def solve(
     from tubefoot.config import parse_settings
     from tubefoot.design.finger import load_design
     from tubefoot.fea.finger_model import SolveSettings
-    from tubefoot.fea.solve import solve_design
 
-    finger = load_design(design)
+    part = _part(design, mesh, solid)
     table: dict[str, Any] = {
         **parse_until(until),
         "states": states,
+        "mesh_kind": mesh_kind,
+        "ports": ports,
         "cavities": cavities,
         "left_over_right": left_over_right,
         "air_right_ml": air_right_ml,
@@ -100,9 +119,22 @@ def solve(
     if element_size_mm is not None:
         table["element_size_mm"] = element_size_mm
     settings = parse_settings(table, SolveSettings, source="solve")
-    directory = out or Path("out") / finger.name
-    print(f"{finger.name}: {finger.bellows.units} units, until {settings.until} = {settings.target:g}")
-    result = solve_design(finger, directory, settings, progress=_print_row, overwrite=overwrite)
+    options: dict[str, Any] = {"settings": settings, "progress": _print_row, "overwrite": overwrite}
+    goal = f"until {settings.until} = {settings.target:g}"
+    if part is not None:
+        from tubefoot.fea.solve_part import solve_part
+
+        directory = out or Path("out") / part.name
+        print(f"{part.name}: {part.mesh}, {goal}")
+        result = solve_part(part, directory, **options)
+    else:
+        from tubefoot.fea.solve import solve_design
+
+        assert design is not None
+        finger = load_design(design)
+        directory = out or Path("out") / finger.name
+        print(f"{finger.name}: {finger.bellows.units} units, {goal}")
+        result = solve_design(finger, directory, **options)
     summary = result.summary
     print(f"ended: {summary['end_reason']}")
     print(
@@ -116,6 +148,30 @@ def solve(
         for path in draw_solve_pictures(directory):
             print(f"picture: {path}")
     print(f"results: {directory}")
+
+
+def _part(design: Path | None, mesh: Path | None, solid: Path | None) -> SolidPart | None:
+    """The part to solve, None where a design says it all.
+
+    Raises ConfigError where nothing, or too much, is named.
+    """
+    if solid is not None:
+        if design is not None or mesh is not None:
+            raise ConfigError("--solid names the mesh and the material; leave the design and --mesh out")
+        from tubefoot.fea.solid_part import load_part
+
+        return load_part(solid)
+    if mesh is not None:
+        from tubefoot.design.finger import load_design
+        from tubefoot.fea.solid_part import SolidPart
+
+        material = {"body": load_design(design).body} if design is not None else {}
+        return SolidPart(name=mesh.stem, mesh=str(mesh), **material)
+    if design is None:
+        raise ConfigError(
+            "nothing to solve: name a design file (`tubefoot new NAME` writes one), --mesh FILE or --solid FILE"
+        )
+    return None
 
 
 def parse_until(text: str) -> dict[str, Any]:

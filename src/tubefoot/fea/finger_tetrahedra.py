@@ -54,7 +54,8 @@ def finger_tetrahedra(design: FingerDesign, element_size: float, ports: bool = F
         found = step_mesh(path, element_size)
     quarter = named_mesh(found, {name: name for name in found.facet_sets})
     mesh = _mirrored(quarter)
-    mesh = Mesh(mesh.points, _with_regions(mesh, design.profile), (*REGIONS, TUBES), _named_sets(mesh))
+    regions = (*REGIONS, TUBES) if ports else REGIONS
+    mesh = Mesh(mesh.points, _with_regions(mesh, design.profile, regions), regions, _named_sets(mesh))
     require_upright(mesh, design.name)
     return mesh
 
@@ -89,19 +90,17 @@ def _reversal(kind: str) -> IntArray:
     return np.argmin(distance, axis=1)
 
 
-def _with_regions(mesh: Mesh, profile: Profile) -> tuple[CellBlock, ...]:
+def _with_regions(mesh: Mesh, profile: Profile, regions: tuple[str, ...]) -> tuple[CellBlock, ...]:
     """The cells in the regions of the swept mesh, by where their centres lie."""
     block = mesh.blocks[0]
-    x, y, z = np.abs(mesh.points[block.nodes[:, :4]].mean(axis=1)).T
-    z = mesh.points[block.nodes[:, :4], 2].mean(axis=1)
-    right = mesh.points[block.nodes[:, :4], 0].mean(axis=1) > 0
-    side = np.where(right, "_right", "_left")
+    centre_x, y, z = mesh.points[block.nodes[:, :4]].mean(axis=1).T
+    x, side = np.abs(centre_x), np.where(centre_x > 0, "_right", "_left")
     name = np.char.add(np.where(x < profile.valley_outside, "valley", "fold"), side)
     name = np.where(x < profile.partition_face, "partition", name)
     name = np.where(y > profile.height / 2 - profile.side_wall, "side_wall", name)
     name = np.where((z < 0.0) | (z > profile.bellows_length), "cap", name)
     name = np.where(np.array(mesh.regions)[block.region] == TUBES, TUBES, name)
-    numbers = {region: number for number, region in enumerate((*REGIONS, TUBES))}
+    numbers = {region: number for number, region in enumerate(regions)}
     return (CellBlock(block.kind, block.nodes, np.array([numbers[str(key)] for key in name])),)
 
 

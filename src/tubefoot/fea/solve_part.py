@@ -42,6 +42,9 @@ def solve_part(
     cannot be solved, ConvergenceError when the path breaks off (the converged states are kept).
     """
     settings = settings or SolveSettings()
+    for name in ("viscoelastic", "ports"):
+        if getattr(settings, name):
+            raise ConfigError(f"{name} is an option of designs, not of a solid from a file")
     path = Path(part.mesh)
     if not path.is_file():
         raise ConfigError(f"{path}: no such file")
