@@ -39,7 +39,9 @@ def solve(
     pictures: bool = True,
     overwrite: Annotated[bool, Parameter(negative="")] = False,
 ) -> None:
-    """Solve a finger, or any soft solid with chambers: curve.csv, regions.csv, summary.json, stress fields for ParaView, pictures.
+    """Solve a finger, or any soft solid with chambers.
+
+    Written are curve.csv, regions.csv, summary.json, stress fields for ParaView and pictures.
 
     An interrupted run goes on at its last converged state when the same command is given again.
 
@@ -169,7 +171,8 @@ def _part(design: Path | None, mesh: Path | None, solid: Path | None) -> SolidPa
         return SolidPart(name=mesh.stem, mesh=str(mesh), **material)
     if design is None:
         raise ConfigError(
-            "nothing to solve: name a design file (`tubefoot new NAME` writes one), --mesh FILE or --solid FILE"
+            "nothing to solve: name a design file (`tubefoot new NAME` writes one), --mesh FILE "
+            "or --solid FILE"
         )
     return None
 
