@@ -30,6 +30,7 @@ def solve(
     left_over_right: float = 0.0,
     air_right_ml: float = 0.0,
     air_left_ml: float = 0.0,
+    rigid_parts: str = "clamp",
     viscoelastic: Annotated[bool, Parameter(negative="")] = False,
     ramp_s: float = 2.0,
     hold_s: float = 0.0,
@@ -80,6 +81,8 @@ def solve(
         Trapped air of the right pressure branch at zero gauge [mL].
     air_left_ml
         Trapped air of the left pressure branch at zero gauge [mL].
+    rigid_parts
+        clamp (the base cap is held at its underside) or modelled (socket, plate and tubes are stiff parts).
     viscoelastic
         Solve in time: the body relaxes with the design's Prony terms.
     ramp_s
@@ -111,6 +114,7 @@ def solve(
         "left_over_right": left_over_right,
         "air_right_ml": air_right_ml,
         "air_left_ml": air_left_ml,
+        "rigid_parts": rigid_parts,
         "viscoelastic": viscoelastic,
         "ramp_s": ramp_s,
         "hold_s": hold_s,
@@ -194,8 +198,9 @@ def parse_until(text: str) -> dict[str, Any]:
 
 
 def _print_row(row: dict[str, Any]) -> None:
+    moment = f"{row['time_s']:9.4g} s, " if row.get("time_s") is not None else ""
     print(
-        f"  state {row['step']:3d}: pumped {row['pumped_volume_ml']:7.4f} ml, "
+        f"  state {row['step']:3d}: {moment}pumped {row['pumped_volume_ml']:7.4f} ml, "
         f"right {row['pressure_right_kpa']:7.2f} kPa, left {row['pressure_left_kpa']:7.2f} kPa, "
         f"bend {row['bend_deg']:6.2f} deg, {row['newton_iterations']} iterations, {row['wall_s']:.1f} s",
         flush=True,

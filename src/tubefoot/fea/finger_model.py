@@ -15,11 +15,12 @@ from tubefoot.errors import ConfigError
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import PressureSpace
+from tubefoot.fea.end_mesh import RigidEnds
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_tetrahedra import finger_tetrahedra
-from tubefoot.fea.measures import Centreline, SectionRotation
+from tubefoot.fea.measures import RIGID_REGIONS, Centreline, SectionRotation
 from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.path import Limit
@@ -72,6 +73,9 @@ class SolveSettings(Settings):
     air_left_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
     fields: Literal["all", "last", "none"] = "all"
     """Of which states stress fields are written."""
+    rigid_parts: Literal["clamp", "modelled"] = "clamp"
+    """clamp: the base cap is held at its underside; modelled: socket, plate and tubes are stiff parts of the
+    design's rigid material, and the plate's underside is held."""
     viscoelastic: bool = False
     """Whether the body relaxes with the design's Prony terms; the solve is one in time then."""
     ramp_s: Annotated[float, Field(gt=0.0, le=1e6)] = 2.0
@@ -92,6 +96,11 @@ class SolveSettings(Settings):
             raise ValueError(
                 "ports are not part of the swept hexahedra; solve with mesh_kind = tetrahedra "
                 "(--mesh-kind tetrahedra)"
+            )
+        if self.rigid_parts == "modelled" and self.mesh_kind == "tetrahedra":
+            raise ValueError(
+                "rigid_parts = modelled is for the swept hexahedra; "
+                "tetrahedra have their tubes by ports = true"
             )
         if self.until.startswith("pressure") and self.target * KPA <= -ATMOSPHERE_MPA:
             raise ValueError(
@@ -147,9 +156,10 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
 
     Raises GeometryError when the mesh is not fit for a solve.
     """
-    mesh = _mesh(design, settings)
+    mesh = design_mesh(design, settings)
     rigid = OgdenLaw.elastic(design.rigid.youngs_modulus_mpa, design.rigid.poisson_ratio)
-    solid = Solid(mesh, {"*": ogden_law(design.body), "tubes": rigid}, pressure=settings.pressure_space)
+    laws = {"*": ogden_law(design.body), **dict.fromkeys(RIGID_REGIONS, rigid)}
+    solid = Solid(mesh, laws, pressure=settings.pressure_space)
     air = (settings.air_right_ml, settings.air_left_ml)
     cavities = [
         Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
@@ -165,20 +175,26 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         model,
         SectionRotation(mesh, mesh.facet_set("tip").points),
         Centreline(mesh, profile.bellows_length, profile.pitch),
-        _memory(solid, design) if settings.viscoelastic else None,
+        _memory(mesh, solid, design) if settings.viscoelastic else None,
     )
 
 
-def _mesh(design: FingerDesign, settings: SolveSettings) -> Mesh:
-    """The half finger y >= 0, swept or of tetrahedra; regions and facet sets have the same names."""
+def design_mesh(design: FingerDesign, settings: SolveSettings) -> Mesh:
+    """The half finger y >= 0, swept or of tetrahedra; regions and facet sets have the same names.
+
+    design : the finger; settings : kind of mesh, element size, whether with ports
+    """
     if settings.mesh_kind == "hexahedra":
-        return finger_mesh(design.profile, settings.element_size_mm)
+        rigid = RigidEnds.of(design) if settings.rigid_parts == "modelled" else None
+        return finger_mesh(design.profile, settings.element_size_mm, rigid=rigid)
     return finger_tetrahedra(design, settings.element_size_mm, settings.ports)
 
 
-def _memory(solid: Solid, design: FingerDesign) -> Memory:
-    body = design.body
-    return Memory(solid, Relaxation(body.relaxation_time_s, body.relaxation_share))
+def _memory(mesh: Mesh, solid: Solid, design: FingerDesign) -> Memory:
+    """What the soft body remembers; rigid parts are elastic."""
+    relaxation = Relaxation(design.body.relaxation_time_s, design.body.relaxation_share)
+    rigid = [number for number, name in enumerate(mesh.regions) if name in RIGID_REGIONS]
+    return Memory(solid, relaxation, rigid)
 
 
 def _seam(mesh: Mesh, design: FingerDesign) -> list[Film]:

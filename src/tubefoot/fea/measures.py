@@ -19,7 +19,7 @@ from tubefoot.fea.solid import Solid
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-RIGID_REGIONS = ("plate", "tube")
+RIGID_REGIONS = ("mount", "tubes")
 """Regions of rigid parts, which the stresses of the body leave out."""
 
 PAPER_AXES = {"s11": (0, 0), "s22": (2, 2), "s33": (1, 1), "s12": (0, 2), "s13": (0, 1), "s23": (2, 1)}

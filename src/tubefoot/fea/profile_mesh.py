@@ -7,7 +7,6 @@ of good shape. Cells are biquadratic, with their mid-nodes on the curves.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from math import ceil
@@ -16,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.design.profile import Profile
+from tubefoot.fea.end_mesh import RigidEnds, base_rows, end_patches, tip_rows
+from tubefoot.fea.patches import Curve, Patch, line, line_nodes, polyline_with_fillets, ruled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-Curve = Callable[[FloatArray], FloatArray]
-"""Parameters in [0, 1] to points (n, 2)."""
 
 LINING = 1.0 / 3.0
 """Share of the slot's half width that the lining leaves to the inner rows."""
@@ -33,7 +31,8 @@ class ProfileMesh:
 
     points : (n_points, 2) as (x, z) [mm]
     cells : (n_cells, 9) point numbers in VTK order, seen with x to the right and z up
-    part : (n_cells,) what each cell belongs to: partition, valley, flank, crest, cap_base, cap_tip, chamber
+    part : (n_cells,) what each cell belongs to: partition, valley, flank, crest, cap_base, cap_gripped,
+        cap_tip, mount, chamber
     side : (n_cells,) +1 for the right half, -1 for the left, 0 for neither
     """
 
@@ -57,12 +56,15 @@ class Divisions:
     chamber_height: int
     side_wall: int
     lining: int = 1
+    plate: int = 1
+    socket: int = 1
+    rim: int = 1
 
     @classmethod
-    def of(cls, profile: Profile, size: float) -> Divisions:
+    def of(cls, profile: Profile, size: float, rigid: RigidEnds | None = None) -> Divisions:
         """Divisions whose cells are no longer than a size; flanks, which bend, get at least two.
 
-        profile : the finger's profile; size : element size [mm]
+        profile : the finger's profile; size : element size [mm]; rigid : the mount, if it is modelled
         """
 
         def count(length: float, least: int = 1) -> int:
@@ -79,6 +81,7 @@ class Divisions:
             cap=count(profile.cap),
             chamber_height=count(profile.height / 2 - profile.side_wall),
             side_wall=count(profile.side_wall),
+            **({} if rigid is None else {"plate": count(rigid.plate), "socket": count(rigid.wall)}),
         )
 
     def refined(self, factor: int) -> Divisions:
@@ -89,112 +92,22 @@ class Divisions:
         return Divisions(*(factor * getattr(self, entry.name) for entry in fields(self)))
 
 
-def mesh_profile(profile: Profile, divisions: Divisions) -> ProfileMesh:
+def mesh_profile(profile: Profile, divisions: Divisions, rigid: RigidEnds | None = None) -> ProfileMesh:
     """The quadrilaterals of a whole profile.
 
     profile : the finger's profile; divisions : cells along each line
+    rigid : the mount under it, if it is modelled
     """
-    patches: list[_Patch] = []
+    patches: list[Patch] = []
     for unit in range(profile.units):
         patches += _unit_patches(profile, divisions, unit * profile.pitch)
-    patches += _end_patches(profile, divisions)
+    patches += end_patches(profile, divisions, rigid)
     patches += [patch.mirrored() for patch in patches]
-    patches += _partition_patches(profile, divisions)
+    patches += _partition_patches(profile, divisions, rigid)
     return _join(patches)
 
 
-@dataclass(frozen=True)
-class _Patch:
-    """A grid of biquadratic cells: points (2 n + 1, 2 m + 1, 2), with the part and side of its cells."""
-
-    grid: FloatArray
-    part: str
-    side: int
-
-    def mirrored(self) -> _Patch:
-        return _Patch(self.grid[:, ::-1] * [-1.0, 1.0], self.part, -self.side)
-
-
-def line_nodes(n: int) -> FloatArray:
-    """Parameters of the nodes of n quadratic cells on a line, (2 n + 1,) from 0 to 1.
-
-    n : number of cells
-    """
-    return np.linspace(0.0, 1.0, 2 * n + 1)
-
-
-def _line(start: FloatArray, end: FloatArray) -> Curve:
-    return lambda t: start + (end - start) * np.asarray(t)[:, None]
-
-
-def _polyline_with_fillets(corners: FloatArray, radii: list[float]) -> list[Curve]:
-    """The pieces of a polyline between its corners, a filleted corner replaced by the middle of its arc.
-
-    corners : (n, 2); radii : one for each inner corner
-    """
-    pieces: list[list[tuple[FloatArray, FloatArray, FloatArray | None]]] = [[] for _ in corners[:-1]]
-    starts = corners[0]
-    for k, radius in enumerate(radii, start=1):
-        into, out = (_unit(corners[k] - corners[k - 1]), _unit(corners[k + 1] - corners[k]))
-        half_turn = 0.5 * np.arccos(np.clip(into @ out, -1.0, 1.0))
-        setback = radius * np.tan(half_turn)
-        begin, end = corners[k] - setback * into, corners[k] + setback * out
-        bisector = _unit(out - into)
-        centre = corners[k] + bisector * radius / np.cos(half_turn)
-        middle = centre - bisector * radius
-        pieces[k - 1].append((starts, begin, None))
-        if radius > 0:
-            pieces[k - 1].append((begin, middle, centre))
-            pieces[k].append((middle, end, centre))
-        starts = end
-    pieces[-1].append((starts, corners[-1], None))
-    return [_chain(piece) for piece in pieces]
-
-
-def _unit(vector: FloatArray) -> FloatArray:
-    return vector / np.linalg.norm(vector)
-
-
-def _chain(segments: list[tuple[FloatArray, FloatArray, FloatArray | None]]) -> Curve:
-    """Lines and arcs end to end, by arc length."""
-    lengths = []
-    for start, end, centre in segments:
-        chord = float(np.linalg.norm(end - start))
-        if centre is None:
-            lengths.append(chord)
-        else:
-            radius = float(np.linalg.norm(start - centre))
-            lengths.append(2 * radius * np.arcsin(min(1.0, chord / (2 * radius))))
-    bounds = np.concatenate([[0.0], np.cumsum(lengths)])
-
-    def curve(t: FloatArray) -> FloatArray:
-        at = np.asarray(t) * bounds[-1]
-        index = np.clip(np.searchsorted(bounds, at, side="right") - 1, 0, len(segments) - 1)
-        points = np.empty((len(at), 2))
-        for k, (start, end, centre) in enumerate(segments):
-            mine = index == k
-            share = (at[mine] - bounds[k]) / lengths[k] if lengths[k] > 0 else np.zeros(mine.sum())
-            points[mine] = _along(start, end, centre, share)
-        return points
-
-    return curve
-
-
-def _along(start: FloatArray, end: FloatArray, centre: FloatArray | None, share: FloatArray) -> FloatArray:
-    if centre is None:
-        return start + (end - start) * share[:, None]
-    a, b = start - centre, end - centre
-    turn = np.arctan2(a[0] * b[1] - a[1] * b[0], a @ b)
-    cosine, sine = np.cos(turn * share), np.sin(turn * share)
-    return centre + np.column_stack([cosine * a[0] - sine * a[1], sine * a[0] + cosine * a[1]])
-
-
-def _ruled(bottom: Curve, top: Curve, t: FloatArray, s: FloatArray) -> FloatArray:
-    """Grid between two curves by straight lines, (len(t), len(s), 2): t along the curves, s across."""
-    return bottom(t)[:, None] * (1 - s)[None, :, None] + top(t)[:, None] * s[None, :, None]
-
-
-def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
+def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[Patch]:
     """Patches of one unit of the right half; across runs along +x or away from the chamber."""
     shift = np.array([0.0, z])
     outer, inner = profile.outer_corners() + shift, profile.chamber_corners() + shift
@@ -205,7 +118,7 @@ def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
 
     def wall_line(x: float, corners: FloatArray, radius: float) -> list[Curve]:
         first, last = ends(x)
-        return _polyline_with_fillets(np.vstack([first, corners, last]), [radius] * 4)
+        return polyline_with_fillets(np.vstack([first, corners, last]), [radius] * 4)
 
     inside = wall_line(profile.valley_inside, inner, profile.fillet_chamber)
     outside = wall_line(profile.valley_outside, outer, profile.fillet_outside)
@@ -213,15 +126,15 @@ def _unit_patches(profile: Profile, n: Divisions, z: float) -> list[_Patch]:
     across = line_nodes(n.wall)
     parts = ("valley", "flank", "crest", "flank", "valley")
     patches = [
-        _Patch(_ruled(a, b, t, across), part, 1)
+        Patch(ruled(a, b, t, across), part, 1)
         for a, b, t, part in zip(inside, outside, along, parts, strict=True)
     ]
     lining = _lining_corners(profile, z)
-    linings = [_line(lining[k], lining[k + 1]) for k in range(3)]
+    linings = [line(lining[k], lining[k + 1]) for k in range(3)]
     for curve, wall, t in zip(linings, inside[1:4], along[1:4], strict=True):
-        patches.append(_Patch(_ruled(curve, wall, t, line_nodes(n.lining)), "chamber", 1))
-    up = _ruled(linings[0], lambda t: linings[2](1.0 - np.asarray(t)), along[1], along[2])
-    patches.append(_Patch(np.swapaxes(up, 0, 1), "chamber", 1))
+        patches.append(Patch(ruled(curve, wall, t, line_nodes(n.lining)), "chamber", 1))
+    up = ruled(linings[0], lambda t: linings[2](1.0 - np.asarray(t)), along[1], along[2])
+    patches.append(Patch(np.swapaxes(up, 0, 1), "chamber", 1))
     return patches + _core_patches(profile, n, inside, lining)
 
 
@@ -247,15 +160,15 @@ def _lining_corners(profile: Profile, z: float) -> FloatArray:
     return np.column_stack([x, middle + LINING * np.array([-root, -end, end, root])])
 
 
-def _core_patches(profile: Profile, n: Divisions, inside: list[Curve], lining: FloatArray) -> list[_Patch]:
+def _core_patches(profile: Profile, n: Divisions, inside: list[Curve], lining: FloatArray) -> list[Patch]:
     """The chamber between partition and valleys: a row for each valley, lining and slot."""
     mouth = [inside[1](np.zeros(1))[0], lining[0], lining[3], inside[4](np.zeros(1))[0]]
-    rights = [inside[0], *(_line(a, b) for a, b in pairwise(mouth)), inside[4]]
+    rights = [inside[0], *(line(a, b) for a, b in pairwise(mouth)), inside[4]]
     patches = []
     along, lined = _along_wall(n), line_nodes(n.lining)
     for right, t in zip(rights, (along[0], lined, along[2], lined, along[4]), strict=True):
         left = _onto(right, profile.partition_face)
-        patches.append(_Patch(_ruled(left, right, t, line_nodes(n.gap)), "chamber", 1))
+        patches.append(Patch(ruled(left, right, t, line_nodes(n.gap)), "chamber", 1))
     return patches
 
 
@@ -264,39 +177,21 @@ def _onto(curve: Curve, x: float) -> Curve:
     return lambda t: np.column_stack([np.full(len(t), x), curve(t)[:, 1]])
 
 
-def _end_patches(profile: Profile, n: Divisions) -> list[_Patch]:
-    """Right half of both end caps, without the part over the partition."""
-    length = profile.bellows_length
-    x = (profile.partition_face, profile.valley_inside, profile.valley_outside)
-    patches = []
-    spans = ((-profile.cap, 0.0, "cap_base"), (length, length + profile.cap, "cap_tip"))
-    wall = line_nodes(n.wall)
-    for low, high, part in spans:
-        for left, right, s in ((x[0], x[1], line_nodes(n.gap)), (x[1], x[2], wall)):
-            near, far = (_line(np.array([a, low]), np.array([a, high])) for a in (left, right))
-            patches.append(_Patch(_ruled(near, far, line_nodes(n.cap), s), part, 1))
-    return patches
-
-
-def _partition_patches(profile: Profile, n: Divisions) -> list[_Patch]:
+def _partition_patches(profile: Profile, n: Divisions, rigid: RigidEnds | None) -> list[Patch]:
     """Both halves of the partition and of the caps over it; the rows are those of the chamber's core."""
-    face, length = profile.partition_face, profile.bellows_length
-    edges = [(_heights(-profile.cap, 0.0, line_nodes(n.cap)), "cap_base")]
+    face = profile.partition_face
+    edges = [(row.heights, row.part) for row in base_rows(profile, n, rigid)]
     for unit in range(profile.units):
         for patch in _unit_patches(profile, n, unit * profile.pitch)[-5:]:
             edges.append((patch.grid[:, 0, 1], "partition"))
-    edges.append((_heights(length, length + profile.cap, line_nodes(n.cap)), "cap_tip"))
+    edges += [(row.heights, row.part) for row in tip_rows(profile, n)]
     x = face * (2 * line_nodes(n.partition) - 1)
     return [
-        _Patch(np.stack(np.broadcast_arrays(x[None, :], z[:, None]), axis=-1), part, 0) for z, part in edges
+        Patch(np.stack(np.broadcast_arrays(x[None, :], z[:, None]), axis=-1), part, 0) for z, part in edges
     ]
 
 
-def _heights(low: float, high: float, t: FloatArray) -> FloatArray:
-    return low + (high - low) * t
-
-
-def _join(patches: list[_Patch]) -> ProfileMesh:
+def _join(patches: list[Patch]) -> ProfileMesh:
     """One mesh from patches that meet node by node."""
     points, cells, part, side = [], [], [], []
     start = 0

@@ -21,7 +21,7 @@ from tubefoot.errors import ConfigError
 from tubefoot.fea.elements import ElementKind, element_kind, gauss_line
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
-from tubefoot.fea.measures import PAPER_AXES, percentile
+from tubefoot.fea.measures import PAPER_AXES, RIGID_REGIONS, percentile
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.solid import Solid
 from tubefoot.units import KPA
@@ -69,6 +69,13 @@ class FaceCells:
         cell, face = np.divmod(found, len(faces))
         return cls(cell, face, nodes[cell, face])
 
+    def chosen(self, mask: NDArray[np.bool_]) -> FaceCells:
+        """Some of the facets.
+
+        mask : (n,) which
+        """
+        return FaceCells(self.cell[mask], self.face[mask], self.nodes[mask])
+
 
 @dataclass(frozen=True)
 class SeamState:
@@ -83,7 +90,7 @@ class SeamState:
 
 
 class Seam:
-    """The mid-plane of a half finger, outside the base."""
+    """The mid-plane of a half finger's soft body; points on the base or on rigid parts belong to those."""
 
     def __init__(self, mesh: Mesh, solid: Solid):
         """Find its facets and points.
@@ -91,11 +98,14 @@ class Seam:
         mesh : of a half finger, with the facet sets `mid_plane` and `base`; solid : its cells
         """
         self.mesh, self.solid = mesh, solid
-        self._faces = FaceCells.of(mesh, solid, "mid_plane")
+        faces = FaceCells.of(mesh, solid, "mid_plane")
+        region = np.array(mesh.regions)[solid.block.region[faces.cell]]
+        bonded = ~np.isin(region, RIGID_REGIONS)
+        self._faces, self.region = faces.chosen(bonded), region[bonded]
         kind = element_kind(solid.kind.face_kind)
         self._kind = kind
-        self.region = np.array(mesh.regions)[solid.block.region[self._faces.cell]]
-        self.points = np.setdiff1d(np.unique(self._faces.nodes), mesh.facet_set("base").points)
+        held = np.union1d(faces.nodes[~bonded], mesh.facet_set("base").points)
+        self.points = np.setdiff1d(self._faces.nodes, held)
         shape = kind.shape(kind.quadrature_points)
         self.places = np.einsum("qa,fai->fqi", shape, mesh.points[self._faces.nodes])
         self.weights = self.areas(mesh.points)
