@@ -76,7 +76,7 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     monkeypatch.setattr(demo_module, "cases", lambda quick: planned)
     demo(out=tmp_path, quick=True)
     judged = json.loads((tmp_path / "claims.json").read_text())
-    assert [claim["id"] for claim in judged] == ["C1", "C4", "C5", "C6", "C10"]
+    assert [claim["id"] for claim in judged] == ["C1", "C2", "C4", "C5", "C6", "C8", "C10"]
     assert {claim["id"]: claim["verdict"] for claim in judged}["C10"] == "holds"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert 'id="claims"' in page

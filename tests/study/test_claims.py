@@ -5,14 +5,14 @@ import pytest
 
 from tubefoot.records import write_table
 from tubefoot.study.claims import (
-    Curve,
     judge_inverse_pressures,
     judge_length,
     judge_linearity,
     judge_pitch,
     judge_reversal,
-    line_fit,
+    verdict_of,
 )
+from tubefoot.study.curve import Curve, line_fit
 
 
 def made_curve(directory, gain=0.5, left=-1.3, bow=0.0, unit_stress=(100.0, 100.0, 100.0)):
@@ -39,6 +39,13 @@ def test_line_fit_against_a_known_line():
     assert slope == pytest.approx(2.0)
     assert deviation == pytest.approx(0.1)
     assert r_squared == pytest.approx(1 - 0.04 / 20.04)
+
+
+def test_verdict_of_parts():
+    assert verdict_of([True, True]) == "holds"
+    assert verdict_of([True, False]) == "mixed"
+    assert verdict_of([False, False]) == "refuted"
+    assert verdict_of([]) == "not computed"
 
 
 def test_pitch(tmp_path):

@@ -106,17 +106,19 @@ def judge(root: Path) -> list[Claim]:
 
     root : directory of the solves
     """
-    from tubefoot.study import claims
-    from tubefoot.study.claims import Curve
+    from tubefoot.study import claims, stress_claims
+    from tubefoot.study.curve import Curve
 
     three, six = Curve(root / "reference-3"), Curve(root / "reference-6")
     pitches = {pitch: Curve(root / f"pitch-{pitch.replace('/', '-')}") for pitch in PITCH_RUNS_MM}
     both = {"3_units": three, "6_units": six}
     return [
         claims.judge_pitch({"3/15": three, **pitches}),
+        stress_claims.judge_concentration({"3/15": three, **pitches}),
         claims.judge_length(three, six),
         claims.judge_inverse_pressures(both),
         claims.judge_linearity(both),
+        stress_claims.judge_components(three),
         claims.judge_reversal(three, Curve(root / "reference-3-reversed")),
     ]
 

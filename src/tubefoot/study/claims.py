@@ -5,21 +5,15 @@ A claim that the numbers contradict is reported as refuted; the rules are fixed 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from tubefoot.records import read_table
+from tubefoot.study.curve import Curve, line_fit
 
-FloatArray = NDArray[np.float64]
 Verdict = Literal["holds", "refuted", "mixed", "not computed"]
-
-REFERENCE_KPA = 35.0
-"""Pressure of the right chamber at which the paper compares designs."""
 
 
 @dataclass(frozen=True)
@@ -41,60 +35,15 @@ class Claim:
         return asdict(self)
 
 
-class Curve:
-    """The curve of a solved finger, read from its run directory."""
+def verdict_of(parts: Iterable[bool]) -> Verdict:
+    """The verdict on a claim of several parts: holds when all do, mixed when some do.
 
-    def __init__(self, directory: Path | str):
-        """Read curve.csv, and units.csv where it exists.
-
-        directory : of a solve
-        """
-        self.directory = Path(directory)
-        self._rows = read_table(self.directory / "curve.csv")
-        units = self.directory / "units.csv"
-        self._units = read_table(units) if units.exists() else []
-
-    def column(self, name: str) -> FloatArray:
-        """One column, (n_states,).
-
-        name : header in curve.csv
-        """
-        return np.array([float(row[name]) for row in self._rows])
-
-    def up_to_reference(self, *names: str) -> tuple[FloatArray, ...]:
-        """Columns over 0 to 35 kPa in the right chamber.
-
-        names : headers in curve.csv
-        """
-        keep = self.column("pressure_right_kpa") <= REFERENCE_KPA + 1e-6
-        return tuple(self.column(name)[keep] for name in names)
-
-    def at_reference(self, name: str) -> float:
-        """A column's value at 35 kPa in the right chamber, NaN where the curve ends before.
-
-        name : header in curve.csv
-        """
-        pressure = self.column("pressure_right_kpa")
-        if pressure.max() < REFERENCE_KPA - 1e-3:
-            return float("nan")
-        return float(np.interp(REFERENCE_KPA, pressure, self.column(name)))
-
-    def unit_stress(self) -> FloatArray:
-        """99th-percentile von Mises stress of each unit at the last state, (n_units,) [kPa]."""
-        last = max(float(row["step"]) for row in self._units)
-        return np.array([float(r["von_mises_p99_kpa"]) for r in self._units if r["step"] == last])
-
-
-def line_fit(x: FloatArray, y: FloatArray) -> tuple[float, float, float]:
-    """Slope, R squared and largest deviation of the least-squares line.
-
-    x, y : (n,)
+    parts : whether each part holds; none at all means that nothing was computed
     """
-    slope, intercept = np.polyfit(x, y, 1)
-    residual = y - (slope * x + intercept)
-    spread = ((y - y.mean()) ** 2).sum()
-    r_squared = 1.0 - (residual**2).sum() / spread if spread > 0 else float("nan")
-    return float(slope), float(r_squared), float(np.abs(residual).max())
+    found = list(parts)
+    if not found:
+        return "not computed"
+    return "holds" if all(found) else "mixed" if any(found) else "refuted"
 
 
 def judge_pitch(curves: Mapping[str, Curve]) -> Claim:
@@ -129,15 +78,13 @@ def judge_length(three: Curve, six: Curve) -> Claim:
     more = angles[6] > angles[3]
     comparable = abs(per_unit[6] / per_unit[3] - 1.0) <= 0.15
     uniform = variation[6] < variation[3]
-    parts = [more, comparable, uniform]
-    verdict: Verdict = "holds" if all(parts) else "mixed" if any(parts) else "refuted"
     return Claim(
         "C4",
         "Six units bend more than three at the same pressure, are comparable per unit length, and have "
         "more uniform stress",
         "at 35 kPa: larger angle; angle per unit within 15 %; smaller coefficient of variation of the "
         "99th-percentile von Mises stress between units",
-        verdict,
+        verdict_of([more, comparable, uniform]),
         {
             "bend_3_units_deg": angles[3],
             "bend_6_units_deg": angles[6],
@@ -166,7 +113,7 @@ def judge_inverse_pressures(curves: Mapping[str, Curve]) -> Claim:
         "C5",
         "The two chambers show an inverse pressure relation during cyclic actuation",
         "P_left falls whenever P_right rises, at every state up to 35 kPa",
-        "holds" if all(inverse) else "mixed" if any(inverse) else "refuted",
+        verdict_of(inverse),
         numbers,
         "pressure-pressure",
     )
@@ -192,7 +139,7 @@ def judge_linearity(curves: Mapping[str, Curve]) -> Claim:
         "C6",
         "The bend angle is linear in P_right",
         "R squared of the least-squares line over 0 to 35 kPa is at least 0.99",
-        "holds" if all(linear) else "mixed" if any(linear) else "refuted",
+        verdict_of(linear),
         numbers,
         "pressure-angle",
     )
