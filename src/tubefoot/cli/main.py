@@ -41,6 +41,12 @@ app.command(
     "Example: `tubefoot solve examples/designs/reference-6.toml`",
 )
 app.command(
+    "tubefoot.cli.reduce:reduce",
+    name="reduce",
+    help="Reduce a finger to a chain of units, for the virtual bench and the controllers.\n\n"
+    "Example: `tubefoot reduce examples/designs/reference-12.toml --out out/reduced-12`",
+)
+app.command(
     "tubefoot.cli.rig:rig_app",
     name="rig",
     help="The bench, real or simulated: check, calibrate, pulse, monitor, record, flash.",

@@ -1,0 +1,250 @@
+"""The finger in MuJoCo: rigid links with one hinge at the middle of each unit, driven by the reduced law.
+
+MuJoCo integrates the links (gravity, tip load, whatever touches them); the law's moments act on the hinges as
+applied torques. Their stiffness K would need microseconds if it acted explicitly: a dashpot of h K on each
+hinge, which MuJoCo treats implicitly, makes the torque that at the end of the step of length h, to first
+order. That is the linearly implicit Euler method; it damps modes faster than 1 / h. What relaxes faster
+than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS_S`
+times the angular frequency.
+
+The scene is in SI units (m, kg, s), as MuJoCo's contact defaults expect; in and out of it go mm, N, MPa, rad.
+Frame: x to the right, y into the picture, z up along the straight finger from the middle of the base's outer
+face. A hinge about -y bends towards -x. Units keep their length, and shear is left out: docs/verification.md
+says what both cost.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, cos, radians, sin
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.errors import ConvergenceError
+from tubefoot.reduced.finger import ReducedFinger
+from tubefoot.reduced.relaxation import NO_RELAXATION, Prony
+from tubefoot.twin.compiled_wall import CompiledWall
+from tubefoot.units import STANDARD_GRAVITY
+
+FloatArray = NDArray[np.float64]
+
+METRE = 1e3
+"""[mm]"""
+NEWTON_METRE = 1e3
+"""[N mm]"""
+KILOGRAM = 1e-3
+"""[t]"""
+
+FAST_LOSS_S = 0.03
+"""Dashpot over the fast stiffness [s]; with it the loss modulus at 10 Hz is half of the measured one (92 MPa,
+`design/data/agilus30_dma_20C.csv`)."""
+WILD_MOMENT = 1e6
+"""Moment of the wall at which a run is stopped as unstable [N mm], far above what any finger bears."""
+
+
+@dataclass(frozen=True)
+class Mounting:
+    """How the finger is held.
+
+    tilt_deg : angle of the straight finger against the vertical, towards -x; 0 stands upright, 180 hangs
+    gravity : whether weight acts; no, where the bending plane lies level
+    """
+
+    tilt_deg: float = 0.0
+    gravity: bool = True
+
+
+def finger_bodies(finger: ReducedFinger, name: str = "finger") -> str:
+    """The links of a finger as MJCF, to be put into a body at its base.
+
+    finger : gives lengths and masses; name : prefix of its bodies, joints and sites
+
+    Joints are NAME_0 to NAME_(n-1) from the base, links NAME_link_0 ... above them; the site NAME_tip lies in
+    the middle of the tip face.
+    """
+    pitch, cap = finger.pitch / METRE, finger.cap / METRE
+    lines = []
+    for k in range(finger.n_units):
+        last = k == finger.n_units - 1
+        length = pitch / 2 + cap if last else pitch
+        mass = (finger.unit_mass * (0.5 if last else 1.0) + (finger.cap_mass if last else 0.0)) / KILOGRAM
+        rise = cap + pitch / 2 if k == 0 else pitch
+        lines.append(f'<body name="{name}_link_{k}" pos="0 0 {rise:.9g}">')
+        lines.append(f'<joint name="{name}_{k}" type="hinge" axis="0 -1 0"/>')
+        lines.append(_inertial(finger, mass, length))
+    tip = pitch / 2 + cap
+    lines.append(f'<site name="{name}_tip" pos="0 0 {tip:.9g}" size="0.0005"/>')
+    return "\n".join(lines) + "</body>" * finger.n_units
+
+
+def _inertial(finger: ReducedFinger, mass: float, length: float) -> str:
+    """Inertia of a link: a block of the finger's outline."""
+    x, y = 2 * finger.half_width / METRE, finger.height / METRE
+    about = [mass / 12 * (a**2 + b**2) for a, b in ((y, length), (x, length), (x, y))]
+    numbers = " ".join(f"{value:.9g}" for value in about)
+    return f'<inertial pos="0 0 {length / 2:.9g}" mass="{mass:.9g}" diaginertia="{numbers}"/>'
+
+
+def finger_scene(finger: ReducedFinger, mounting: Mounting, time_step: float) -> str:
+    """A scene with one finger at the origin, as MJCF.
+
+    finger : gives lengths and masses; mounting : its direction against gravity; time_step : [s]
+    """
+    weight = STANDARD_GRAVITY / METRE if mounting.gravity else 0.0
+    tilt = radians(mounting.tilt_deg)
+    gravity = f"{-weight * sin(tilt):.9g} 0 {-weight * cos(tilt):.9g}"
+    return (
+        f'<mujoco><compiler angle="radian"/><option timestep="{time_step:.9g}" integrator="implicitfast" '
+        f'jacobian="dense" gravity="{gravity}"/><worldbody><body name="base">{finger_bodies(finger)}</body>'
+        "</worldbody></mujoco>"
+    )
+
+
+class FingerChain:
+    """The law on the hinges of one finger in a scene: torques before a step, memory after it."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        finger: ReducedFinger,
+        prony: Prony = NO_RELAXATION,
+        name: str = "finger",
+    ):
+        """Find the hinges.
+
+        model, data : of the scene; finger : the law; prony : how its wall relaxes; name : the bodies' prefix
+        """
+        n = finger.n_units
+        self.wall = CompiledWall(finger, prony)
+        first, place = (
+            int(at[0]) for at in (model.joint(f"{name}_0").dofadr, model.joint(f"{name}_0").qposadr)
+        )
+        self.angles: FloatArray = data.qpos[place : place + n]
+        self._torques = data.qfrc_applied[first : first + n]
+        self._damping = model.dof_damping[first : first + n]
+        self._moments, self._stiffness = np.zeros(n), np.zeros(n)
+        self._option = model.opt
+
+    def prepare(self) -> None:
+        """Get ready for the next step: once after every step, before volumes are asked for."""
+        self.wall.prepare(self.angles, self._option.timestep)
+
+    def apply(self, right: float, left: float) -> None:
+        """Put the law's torques on the hinges for the prepared step.
+
+        right, left : pressures at its end [MPa]
+
+        Raises ConvergenceError when the finger has gone wild.
+        """
+        self.wall.commit(self.angles, right, left, self._moments, self._stiffness)
+        if not abs(float(self._moments @ self._moments)) < WILD_MOMENT**2:
+            raise ConvergenceError(
+                "the simulated finger became unstable; lower its load, or use a shorter time step"
+            )
+        np.multiply(self._moments, -1.0 / NEWTON_METRE, out=self._torques)
+        dashpot = (self._option.timestep + FAST_LOSS_S) / NEWTON_METRE
+        np.multiply(self._stiffness, dashpot, out=self._damping)
+
+
+class SimulatedFinger:
+    """One finger on its base: chamber pressures in, angles and volumes out.
+
+    tip_force : (x, z) on the middle of the tip face, in the base's frame [N]; may be changed between steps
+    """
+
+    def __init__(
+        self,
+        finger: ReducedFinger,
+        prony: Prony = NO_RELAXATION,
+        mounting: Mounting | None = None,
+        time_step: float = 1e-3,
+    ):
+        """Build the scene, straight and at rest.
+
+        finger : the law; prony : how its wall relaxes; mounting : its direction against gravity
+        time_step : longest step [s]
+        """
+        self.model = mujoco.MjModel.from_xml_string(finger_scene(finger, mounting or Mounting(), time_step))
+        self.data = mujoco.MjData(self.model)
+        self.chain = FingerChain(self.model, self.data, finger, prony)
+        self.tip_force = (0.0, 0.0)
+        self._pushed = False
+        self._own_scale = finger.scale
+        self._time_step = time_step
+        self._tip_site = self.model.site("finger_tip").id
+        self._tip_link = int(self.model.site_bodyid[self._tip_site])
+        mujoco.mj_forward(self.model, self.data)
+        self.chain.prepare()
+
+    @property
+    def unit_angles(self) -> FloatArray:
+        """Angle of each unit, from the base [rad]."""
+        return self.chain.angles.copy()
+
+    @property
+    def bend(self) -> float:
+        """Direction of the tip [rad], positive towards -x."""
+        return float(self.chain.angles.sum())
+
+    @property
+    def tip(self) -> tuple[float, float]:
+        """Place of the middle of the tip face (x, z) [mm]."""
+        x, _, z = self.data.site_xpos[self._tip_site]
+        return float(x) * METRE, float(z) * METRE
+
+    def volumes(self, right: float, left: float, duration: float) -> tuple[float, float, float, float, float]:
+        """Volume changes of the chambers at the present angles [mm^3] and their derivatives.
+
+        right, left : pressures at the end of the step [MPa]; duration : of the step [s]
+
+        The derivatives: right by right, right by left and back, left by left [mm^3/MPa].
+        """
+        self._divide(duration)
+        return self.chain.wall.volumes(right, left)
+
+    def advance(self, right: float, left: float, duration: float) -> None:
+        """Move on.
+
+        right, left : chamber pressures, held over the step [MPa]; duration : of the step [s]
+
+        Raises ConvergenceError when the finger becomes unstable.
+        """
+        for _ in range(self._divide(duration)):
+            self.chain.apply(right, left)
+            if self.tip_force != (0.0, 0.0) or self._pushed:
+                self._push()
+            mujoco.mj_step(self.model, self.data)
+            self.chain.prepare()
+
+    def scale_stiffness(self, factor: float) -> None:
+        """Make the wall stiffer or softer than that of the finger it was built from.
+
+        factor : on every modulus
+        """
+        self.chain.wall.scale = self._own_scale * factor
+
+    def reset(self) -> None:
+        """Straight, at rest, relaxed."""
+        mujoco.mj_resetData(self.model, self.data)
+        self.chain.wall.settle()
+        mujoco.mj_forward(self.model, self.data)
+        self.chain.prepare()
+
+    def _divide(self, duration: float) -> int:
+        """Number of steps that make a duration; prepares anew where their length changes."""
+        count = max(1, ceil(duration / self._time_step - 1e-9))
+        if self.model.opt.timestep != duration / count:
+            self.model.opt.timestep = duration / count
+            self.chain.prepare()
+        return count
+
+    def _push(self) -> None:
+        """The tip force, as force and torque about the last link's centre of mass."""
+        self._pushed = self.tip_force != (0.0, 0.0)
+        force = np.array([self.tip_force[0], 0.0, self.tip_force[1]])
+        arm = self.data.site_xpos[self._tip_site] - self.data.xipos[self._tip_link]
+        self.data.xfrc_applied[self._tip_link, :3] = force
+        self.data.xfrc_applied[self._tip_link, 3:] = np.cross(arm, force)
