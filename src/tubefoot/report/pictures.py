@@ -13,6 +13,7 @@ from tubefoot.report.offscreen import NoPicture
 from tubefoot.report.regions import draw_regions
 from tubefoot.report.runs import RunRecord, load_run
 from tubefoot.report.scale import ColourScale
+from tubefoot.report.seam import draw_seam
 from tubefoot.report.section import draw_section
 from tubefoot.report.solids import VON_MISES, draw_panels
 from tubefoot.report.surface import Surface, read_surface
@@ -57,6 +58,8 @@ def draw_pictures(runs: Sequence[RunRecord], directory: Path, say: Say = print) 
         cuts = [surface.cut() for _, surface in halves]
         scale = ColourScale.of("von_mises_kpa", VON_MISES, cuts, signed=False)
         gallery.pictures.append(draw_section(halves, directory, scale))
+        if (seam := draw_seam(halves, directory)) is not None:
+            gallery.pictures.append(seam)
     gallery.pictures += draw_curves(solves, directory, say)
     gallery.pictures += shapes[1:]
     if (regions := draw_regions(solves, directory)) is not None:

@@ -37,7 +37,8 @@ class RunRecord:
     verb : the verb that made it; about, settings, versions : the tables of `run.toml`
     summary : `summary.json`, empty where there is none
     curve : columns of `curve.csv`, (n_states,) each; empty for runs that are no solve
-    regions : rows of `regions.csv`; states : number of each recorded state and its VTU file
+    regions, seam : rows of `regions.csv` and `seam.csv`
+    states : number of each recorded state and its VTU file
     """
 
     directory: Path
@@ -50,6 +51,7 @@ class RunRecord:
     curve: Mapping[str, FloatArray]
     regions: Sequence[Mapping[str, Any]]
     states: Mapping[int, Path]
+    seam: Sequence[Mapping[str, Any]] = ()
 
     @property
     def is_solve(self) -> bool:
@@ -64,6 +66,10 @@ class RunRecord:
     def region_rows(self) -> list[Mapping[str, Any]]:
         """Rows of `regions.csv` for the last state of the curve."""
         return [row for row in self.regions if row["step"] == self.curve["step"][-1]]
+
+    def seam_rows(self) -> list[Mapping[str, Any]]:
+        """Rows of `seam.csv` for the last state of the curve."""
+        return [row for row in self.seam if row["step"] == self.curve["step"][-1]]
 
     @property
     def last_fields(self) -> Path | None:
@@ -95,7 +101,6 @@ def load_run(directory: Path) -> RunRecord:
     design = settings.get("design", {})
     name = design.get("name") if isinstance(design, dict) else None
     curve = _curve(directory / "curve.csv")
-    regions = directory / "regions.csv"
     return RunRecord(
         directory,
         name or directory.resolve().name,
@@ -105,9 +110,14 @@ def load_run(directory: Path) -> RunRecord:
         record.get("versions", {}),
         read_json(directory / "summary.json") or {},
         curve,
-        read_table(regions) if regions.exists() else [],
+        _table(directory / "regions.csv"),
         _states(directory / "fields"),
+        _table(directory / "seam.csv"),
     )
+
+
+def _table(path: Path) -> list[dict[str, Any]]:
+    return read_table(path) if path.exists() else []
 
 
 def read_json(path: Path) -> Any:
