@@ -10,6 +10,8 @@ from tubefoot.fea.items import Evaluation, State
 class DenseSink:
     """Sums what an item adds to a dense matrix and residual over all unknowns."""
 
+    stiff = True
+
     def __init__(self, size):
         self.matrix, self.residual = np.zeros((size, size)), np.zeros(size)
 

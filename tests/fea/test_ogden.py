@@ -13,7 +13,7 @@ ALPHA = np.array([1.3, 5.0, -2.0])
 def point(f):
     """Energy, stress (3, 3) and tangent (9, 9)."""
     stress, tangent = np.empty((3, 3)), np.empty((9, 9))
-    energy = ogden_point(np.ascontiguousarray(f), MU, ALPHA, stress, tangent, np.empty((7, 9)))
+    energy = ogden_point(np.ascontiguousarray(f), MU, ALPHA, True, stress, tangent, np.empty((7, 9)))
     return energy, stress, tangent
 
 

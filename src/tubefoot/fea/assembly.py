@@ -43,6 +43,17 @@ def find_slots(free_pattern, indptr, indices, slots):  # type: ignore[no-untyped
 
 
 @njit(cache=True)
+def scatter_residuals(residuals, pattern, residual):  # type: ignore[no-untyped-def]
+    """Add element residuals to the global one.
+
+    residuals : (n, m); pattern : (n, m) numbers of the unknowns; residual : (n_unknowns,) in and out
+    """
+    for element in range(pattern.shape[0]):
+        for a in range(pattern.shape[1]):
+            residual[pattern[element, a]] += residuals[element, a]
+
+
+@njit(cache=True)
 def scatter(matrices, residuals, slots, pattern, data, residual):  # type: ignore[no-untyped-def]
     """Add element matrices and residuals to the sparse ones.
 
@@ -83,6 +94,7 @@ class SparseSystem:
         upper.sort_indices()
         self.indptr, self.indices = upper.indptr, upper.indices
         self.data = np.zeros(len(self.indices))
+        self.stiff = False
         self._slots: dict[int, NDArray[np.int32]] = {}
         for item, pattern in zip(items, patterns, strict=True):
             m = pattern.shape[1]
@@ -102,15 +114,21 @@ class SparseSystem:
         matrices : (n, m, m); residuals : (n, m)
         """
         part = slice(first, first + len(residuals))
+        if not self.stiff:
+            scatter_residuals(residuals, item.pattern[part], self.residual)
+            return
         slots = self._slots[id(item)][part]
         scatter(matrices, residuals, slots, item.pattern[part], self.data, self.residual)
 
-    def evaluate(self, items: Sequence[Item], state: State) -> Evaluation:
-        """Assemble all items at a state into `data` and `residual`.
+    def evaluate(self, items: Sequence[Item], state: State, stiff: bool = True) -> Evaluation:
+        """Assemble all items at a state into `residual` and, if `stiff`, `data`.
 
         items : those the system was made for; state : where to evaluate
+        stiff : whether the tangent is wanted
         """
-        self.data[:] = 0.0
+        self.stiff = stiff
+        if stiff:
+            self.data[:] = 0.0
         self.residual[:] = 0.0
         found = Evaluation()
         for item in items:

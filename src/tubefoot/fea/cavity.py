@@ -21,18 +21,21 @@ IntArray = NDArray[np.int64]
 
 
 @njit(cache=True)
-def facet_volumes(positions, shape, slope_s, slope_t, weights, volume, gradient, hessian):  # type: ignore[no-untyped-def]
+def facet_volumes(  # type: ignore[no-untyped-def]
+    positions, shape, slope_s, slope_t, weights, stiff, volume, gradient, hessian
+):
     """Volume contributions -1/3 int x . (x_s x x_t) of facets, and their derivatives.
 
     positions : (n_facets, n_nodes, 3) [mm], normals out of the solid, so into the fluid
-    shape, slope_s, slope_t : (n_q, n_nodes); weights : (n_q,)
+    shape, slope_s, slope_t : (n_q, n_nodes); weights : (n_q,); stiff : whether the hessian is wanted
     volume : (n_facets,), gradient : (n_facets, 3 n_nodes), hessian : (n_facets, 3 n_nodes, 3 n_nodes) out
     """
     n_facets, n_nodes = positions.shape[:2]
     x, s, t = np.empty(3), np.empty(3), np.empty(3)
     volume[:] = 0.0
     gradient[:] = 0.0
-    hessian[:] = 0.0
+    if stiff:
+        hessian[:] = 0.0
     for facet in range(n_facets):
         for q in range(weights.shape[0]):
             factor = -weights[q] / 3.0
@@ -49,6 +52,8 @@ def facet_volumes(positions, shape, slope_s, slope_t, weights, volume, gradient,
                     gradient[facet, 3 * a + i] += factor * (
                         shape[q, a] * st[i] + slope_s[q, a] * tx[i] + slope_t[q, a] * xs[i]
                     )
+            if not stiff:
+                continue
             # Second derivative: e_ijk v_k with v made of the third vector of the triple product.
             for a in range(n_nodes):
                 for b in range(n_nodes):
@@ -112,10 +117,10 @@ class Cavity:
         self.evaluate(np.zeros(mesh.points.size))
         self.rest_volume = self.volume
 
-    def evaluate(self, unknowns: FloatArray) -> float:
+    def evaluate(self, unknowns: FloatArray, stiff: bool = False) -> float:
         """Volume of the fluid [mm^3]; keeps its derivatives for `gradient` and `assemble`.
 
-        unknowns : (n,) displacements first [mm]
+        unknowns : (n,) displacements first [mm]; stiff : whether second derivatives are wanted
         """
         n = self._rest.size
         positions = (self._rest + unknowns[:n].reshape(-1, 3))[self._nodes]
@@ -125,6 +130,7 @@ class Cavity:
             self._slopes[0],
             self._slopes[1],
             self._weights,
+            stiff,
             self._volumes,
             self._gradients,
             self._hessians,
@@ -147,9 +153,10 @@ class Cavity:
 
         state : where to evaluate; sink : takes the parts; found : unchanged, a fluid stores nothing here
         """
-        self.evaluate(state.unknowns)
+        self.evaluate(state.unknowns, sink.stiff)
         pressure = state.pressures[self.number]
-        sink.add(self, 0, -pressure * self._hessians, -pressure * self._gradients)
+        matrices = -pressure * self._hessians if sink.stiff else self._hessians
+        sink.add(self, 0, matrices, -pressure * self._gradients)
 
     def recover(self, step: FloatArray) -> None:
         """Nothing was eliminated.

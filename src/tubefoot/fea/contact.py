@@ -229,6 +229,7 @@ class SelfContact:
         self._facet, self._row = np.full(n, -1), np.full(n, -1)
         self._places, self.gaps = np.zeros((n, 2)), np.full(n, np.inf)
         self._keep(np.empty(0, dtype=np.int64))
+        self._looked_at: FloatArray | None = None
 
     def look(self, state: State) -> tuple[bool, bool]:
         """Give every sample its partner anew: whether one that matters changed, and whether the pattern grew.
@@ -236,10 +237,13 @@ class SelfContact:
         state : where to look
         """
         barrier = self.barrier
+        if self._far(state):
+            return False, False
         facet, places, gaps, others = self._opposite(state, barrier.ahead)
+        self._looked_at = state.unknowns[: self._rest.size].copy()
         matters = (gaps < barrier.reach) | (self.gaps < barrier.reach)
         changed = bool((facet != self._facet)[matters].any())
-        close = gaps < (barrier.reach + barrier.ahead) / 3
+        close = gaps < self._close
         facet[~close] = -1
         keys = self._own * len(self.nodes) + facet
         grew = not np.isin(keys[close], self._pairs).all()
@@ -304,6 +308,19 @@ class SelfContact:
         """Contact pressure at the samples at the last evaluation, (n_samples,) [MPa]."""
         return self.barrier.pressure(self.gaps)
 
+    def _far(self, state: State) -> bool:
+        """Whether nothing can have come close since the last look."""
+        if self._looked_at is None or (self._facet >= 0).any():
+            return False
+        moved = (state.unknowns[: self._rest.size] - self._looked_at).reshape(-1, 3)
+        spare = min(float(self.gaps.min()), self.barrier.ahead) - self._close
+        return 2.0 * float(np.linalg.norm(moved, axis=1).max()) < spare
+
+    @property
+    def _close(self) -> float:
+        """Gap below which a sample has a partner [mm]: before the reach, since Newton moves the walls."""
+        return (self.barrier.reach + self.barrier.ahead) / 3
+
     def _keep(self, pairs: IntArray) -> None:
         """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
         n, size = len(self.nodes), 6 * self.nodes.shape[1]
@@ -329,12 +346,13 @@ class SelfContact:
         """Of each sample: the facet opposite (-1 for none), place on it, gap, all facets found."""
         positions = self._positions(state)
         normals = self._area_vectors(positions)
+        facing = normals.reshape(len(self.nodes), -1, 3).sum(axis=1)
         corners = positions[self.nodes]
         centres = corners.mean(axis=1)
         radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
         axis = int(np.argmax(np.ptp(centres, axis=0)))
         n = len(self._own)
-        facet, places, gaps = np.empty(n, dtype=np.int64), np.empty((n, 2)), np.empty(n)
+        facet, places, gaps = self._facet.copy(), np.empty((n, 2)), np.empty(n)
         others = np.empty((n, MANY), dtype=np.int64)
         find_opposite(
             self._sampled(positions),
@@ -344,6 +362,7 @@ class SelfContact:
             self._powers,
             self._coefficients @ corners,
             np.column_stack([centres, radii]),
+            facing / np.linalg.norm(facing, axis=1)[:, None],
             np.argsort(centres[:, axis]),
             axis,
             self._triangle,

@@ -1,6 +1,7 @@
 """Equilibrium of a model at one point of its path, by Newton's method.
 
-The tangent is factorised once an iteration; cavity pressures and the path parameter follow from a small
+The tangent is assembled and factorised where the last factors no longer bring the residual down fast (chord
+iterations in between cost a residual and a substitution); cavity pressures and the path parameter follow from a small
 dense system (bordering): with K du = -r + sum_i b_i dp_i and b_i = dV_i/du,
 
     g_i + b_i . du + g_i,p dp_i - rate_i ds = 0   for each cavity,      c + c_u . du + c_p dp + c_s ds = 0.
@@ -26,6 +27,12 @@ from tubefoot.fea.solid import Solid
 FloatArray = NDArray[np.float64]
 
 
+CHORD = 0.05
+"""Largest share of the error that an iteration may leave for its factors to be used once more."""
+CHORD_FROM = 1e4
+"""Error over the tolerance above which they are not: far from equilibrium a share says little."""
+
+
 class StepFailed(Exception):
     """Newton did not converge to the wanted point; the message says how it ended."""
 
@@ -36,7 +43,7 @@ class Tolerance:
 
     force : residual force over the largest cell force or cavity load
     volume : error of the fluid equations and of the control over the rest volume (or the target's scale)
-    iterations : Newton iterations before a step is given up
+    iterations : iterations before a step is given up
     min_jacobian : smallest det F that a trial state may have; below it the step is shortened
     min_gap : deepest penetration of a contact that a trial state may have, negative [mm]
     pairings : iterations of a step in which contacts may choose other partners
@@ -44,7 +51,7 @@ class Tolerance:
 
     force: float = 1e-7
     volume: float = 1e-8
-    iterations: int = 12
+    iterations: int = 16
     min_jacobian: float = 0.1
     min_gap: float = -0.3
     pairings: int = 3
@@ -120,6 +127,7 @@ class Model:
         started = time.perf_counter()
         self.system = SparseSystem(self.n_unknowns, self.items, self._fixed)
         self.solver = factoriser(self.system.indptr, self.system.indices)
+        self._factorised = False
         self.timings.analysis += time.perf_counter() - started
         self.timings.analyses += 1
 
@@ -139,13 +147,13 @@ class Model:
         """The undeformed state."""
         return State(np.zeros(self.n_unknowns), np.zeros(len(self.cavities)), 0.0)
 
-    def evaluate(self, state: State) -> Evaluation:
+    def evaluate(self, state: State, stiff: bool = True) -> Evaluation:
         """Assemble residual and tangent at a state; the cavities keep their volumes and gradients.
 
-        state : where to evaluate
+        state : where to evaluate; stiff : whether the tangent is wanted
         """
         started = time.perf_counter()
-        found = self.system.evaluate(self.items, state)
+        found = self.system.evaluate(self.items, state, stiff)
         self.timings.assembly += time.perf_counter() - started
         return found
 
@@ -166,7 +174,7 @@ class Model:
             error = self._error(state, found, borders)
             history.append(error)
             if error < 1.0 and self.pair(state):
-                found = self.evaluate(state)
+                found = self.evaluate(state, stiff=False)
                 borders = self._borders(state, control)
                 error = self._error(state, found, borders)
             if error < 1.0:
@@ -186,6 +194,11 @@ class Model:
                 raise StepFailed(f"residual grew to {error:.1e} times the tolerance")
             if iteration == self.tolerance.iterations:
                 break
+            near = iteration > 0 and error < min(CHORD * history[-2], CHORD_FROM)
+            if not (near and self._factorised):
+                if not self.system.stiff:
+                    found = self.evaluate(state)
+                self._factorise(borders)
             step, tangent = self._newton_step(state, borders)
             state, found = self._advance(state, step, iteration < self.tolerance.pairings)
         raise StepFailed(
@@ -200,6 +213,7 @@ class Model:
         rest = self.rest()
         self.evaluate(rest)
         borders = self._borders(rest, goal)
+        self._factorise(borders)
         _, along = self._newton_step(rest, borders)
         n = len(self.cavities)
         slope = borders.small[n, :n] @ along.pressures + borders.small[n, n]
@@ -227,7 +241,7 @@ class Model:
             if not self._tears_air(trial):
                 if pairing:
                     self.pair(trial)
-                found = self.evaluate(trial)
+                found = self.evaluate(trial, stiff=False)
                 if self.tolerance.admits(found):
                     return trial, found
             fraction *= 0.5
@@ -283,7 +297,8 @@ class Model:
         residual = self.system.residual[free]
         loads = np.abs(borders.columns[free]) @ np.abs(state.pressures) if len(state.pressures) else 0.0
         force_scale = max(found.magnitude, float(np.max(loads, initial=0.0)), 1e-6)
-        force = float(np.abs(residual).max(initial=0.0)) / force_scale / self.tolerance.force
+        largest = max(float(np.abs(residual).max(initial=0.0)), found.interior)
+        force = largest / force_scale / self.tolerance.force
         n = len(self.cavities)
         errors = [force, abs(borders.right[n]) / borders.scale / self.tolerance.volume]
         for i in range(n):
@@ -291,21 +306,33 @@ class Model:
             errors.append(abs(borders.right[i]) / scale / self.tolerance.volume)
         return max(errors) if np.isfinite(errors).all() else np.inf
 
-    def _newton_step(self, state: State, borders: _Borders) -> tuple[State, State]:
-        """The Newton step, and the direction of the path (per unit of path parameter)."""
-        free, n = self.system.free, len(self.cavities)
+    def _factorise(self, borders: _Borders) -> None:
+        """Factorise the tangent with its borders: find what a unit of each pressure does to the unknowns."""
         started = time.perf_counter()
         try:
             self.solver.factorise(self.system.data)
         except SingularMatrixError as error:
             raise StepFailed(str(error)) from error
         factorised = time.perf_counter()
-        columns = np.column_stack([borders.columns[free], -self.system.residual[free]])
-        solved = self.solver.solve(columns)
+        columns = borders.columns[self.system.free]
+        self._answers = self.solver.solve(columns) if self.cavities else columns
+        self._bordered = borders
+        self._factorised = True
         self.timings.factorisation += factorised - started
         self.timings.substitution += time.perf_counter() - factorised
         self.timings.factorisations += 1
-        small, right = borders.small.copy(), -borders.right.copy()
+
+    def _newton_step(self, state: State, borders: _Borders) -> tuple[State, State]:
+        """The step with the last factors and their borders, and the path's direction (per path parameter)."""
+        free, n = self.system.free, len(self.cavities)
+        started = time.perf_counter()
+        right = -borders.right
+        borders = self._bordered
+        columns = borders.columns[free]
+        relaxed = self.solver.solve(-self.system.residual[free][:, None])
+        solved = np.column_stack([self._answers, relaxed])
+        self.timings.substitution += time.perf_counter() - started
+        small = borders.small.copy()
         for i in np.flatnonzero(borders.couples[:n]):
             small[i, :n] += columns[:, i] @ solved[:, :n]
             right[i] -= columns[:, i] @ solved[:, n]

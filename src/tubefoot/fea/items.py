@@ -35,23 +35,30 @@ class Evaluation:
     """What the items found at a state.
 
     energy : stored energy [mJ]; min_jacobian : smallest det F; magnitude : largest cell force [N]
+    interior : largest residual of an unknown that was eliminated [N]
     min_gap : smallest gap of a contact [mm], negative for a penetration, -inf where a partner got lost
     """
 
     energy: float = 0.0
     min_jacobian: float = np.inf
+    interior: float = 0.0
     min_gap: float = np.inf
     magnitude: float = 0.0
 
 
 class Sink(Protocol):
-    """Where an item puts its parts."""
+    """Where an item puts its parts.
+
+    stiff : whether matrices are wanted; without, items may leave out what makes them costly
+    """
+
+    stiff: bool
 
     def add(self, item: Item, first: int, matrices: FloatArray, residuals: FloatArray) -> None:
         """Add element matrices (n, m, m) and residuals (n, m) of the elements from number `first` on.
 
         item : the item they belong to; first : number of the first element
-        matrices : derivatives of the residuals [N/mm]; residuals : derivatives of the energy [N]
+        matrices : derivatives of the residuals [N/mm], ignored when not `stiff`; residuals : derivatives of the energy [N]
         """
 
 

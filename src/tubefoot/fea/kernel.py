@@ -67,13 +67,12 @@ def add_determinant_hessian(f, factor, tangent):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def add_stiffness(gradient, tangent, weight, blocks, half):  # type: ignore[no-untyped-def]
-    """Add weight * G A G^T to the nodal blocks i <= k.
+def apply_tangent(slopes, tangent, weight, applied):  # type: ignore[no-untyped-def]
+    """Write weight * A G^T for the axes i <= k of A, so that G times it is a point's part of the stiffness.
 
-    gradient : (n_nodes, 3); tangent : (9, 9); blocks : (6, n_nodes, n_nodes) in and out
-    half : (3, n_nodes) scratch
+    slopes : (3, n_nodes), G^T; tangent : (9, 9), A; applied : (3, 6 n_nodes) out
     """
-    n_nodes = gradient.shape[0]
+    n_nodes = slopes.shape[1]
     block = 0
     for i in range(3):
         for k in range(i, 3):
@@ -81,27 +80,24 @@ def add_stiffness(gradient, tangent, weight, blocks, half):  # type: ignore[no-u
                 t0 = weight * tangent[3 * i + j, 3 * k]
                 t1 = weight * tangent[3 * i + j, 3 * k + 1]
                 t2 = weight * tangent[3 * i + j, 3 * k + 2]
+                row = applied[j, block * n_nodes : (block + 1) * n_nodes]
                 for c in range(n_nodes):
-                    half[j, c] = t0 * gradient[c, 0] + t1 * gradient[c, 1] + t2 * gradient[c, 2]
-            for a in range(n_nodes):
-                g0, g1, g2 = gradient[a, 0], gradient[a, 1], gradient[a, 2]
-                for c in range(n_nodes):
-                    blocks[block, a, c] += g0 * half[0, c] + g1 * half[1, c] + g2 * half[2, c]
+                    row[c] = t0 * slopes[0, c] + t1 * slopes[1, c] + t2 * slopes[2, c]
             block += 1
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def eliminate_interior(matrix, residual, n_kept, factor, scaled):  # type: ignore[no-untyped-def]
+def eliminate_interior(matrix, n_kept, factor, pivots):  # type: ignore[no-untyped-def]
     """Eliminate the last unknowns of a symmetric cell matrix.
 
     matrix : (n, n) in and out, the first n_kept rows hold the Schur complement afterwards
-    residual : (n,) in and out; n_kept : unknowns that stay
-    factor : (n - n_kept, n) out, scaled : (n - n_kept,) out; see `recover_interior`
+    n_kept : unknowns that stay
+    factor : (n - n_kept, n) out, pivots : (n - n_kept,) out; see `condense` and `recover_interior`
     """
     n = matrix.shape[0]
     for k in range(n - 1, n_kept - 1, -1):
         pivot = matrix[k, k]
-        scaled[k - n_kept] = residual[k] / pivot
+        pivots[k - n_kept] = pivot
         for i in range(k):
             factor[k - n_kept, i] = matrix[k, i] / pivot
         for i in range(k):
@@ -110,15 +106,28 @@ def eliminate_interior(matrix, residual, n_kept, factor, scaled):  # type: ignor
                 continue
             for j in range(k):
                 matrix[i, j] -= x * factor[k - n_kept, j]
-            residual[i] -= x * scaled[k - n_kept]
+
+
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
+def condense(residual, n_kept, factor, pivots, scaled):  # type: ignore[no-untyped-def]
+    """Eliminate the last entries of a cell's residual with the factors of `eliminate_interior`.
+
+    residual : (n,) in and out; n_kept : unknowns that stay; factor, pivots : of the cell's matrix
+    scaled : (n - n_kept,) out, see `recover_interior`
+    """
+    for k in range(residual.shape[0] - 1, n_kept - 1, -1):
+        x = residual[k]
+        scaled[k - n_kept] = x / pivots[k - n_kept]
+        for i in range(k):
+            residual[i] -= x * factor[k - n_kept, i]
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-def]
     """Fill in the interior part of a Newton step.
 
-    step : (n,) in and out, the first n_kept entries are given; factor, scaled : of `eliminate_interior`
-    n_kept : unknowns that were not eliminated
+    step : (n,) in and out, the first n_kept entries are given
+    factor : of `eliminate_interior`; scaled : of `condense`; n_kept : unknowns that were not eliminated
     """
     for k in range(n_kept, step.shape[0]):
         value = -scaled[k - n_kept]
@@ -128,13 +137,13 @@ def recover_interior(step, factor, scaled, n_kept):  # type: ignore[no-untyped-d
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent):  # type: ignore[no-untyped-def]
+def add_volumetric(f, cof, jacobian, bulk, guard, field, stiff, stress, tangent):  # type: ignore[no-untyped-def]
     """Energy density k0 (J - 1 - ln J) + g / 4 (J - 1)^4 [MPa]; its stress and tangent are added.
 
     Those of field * J are added too.
 
     f : (3, 3), cof : its cofactors, jacobian : its determinant
-    bulk : k0, guard : g, field : pressure [MPa]
+    bulk : k0, guard : g, field : pressure [MPa]; stiff : whether the tangent is wanted
     stress : (3, 3), tangent : (9, 9) in and out
     """
     excess = jacobian - 1.0
@@ -143,10 +152,11 @@ def add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent):  # ty
     for i in range(3):
         for j in range(3):
             stress[i, j] += pressure * cof[i, j]
-    for r in range(9):
-        for s in range(9):
-            tangent[r, s] += slope * cof[r // 3, r % 3] * cof[s // 3, s % 3]
-    add_determinant_hessian(f, pressure, tangent)
+    if stiff:
+        for r in range(9):
+            for s in range(9):
+                tangent[r, s] += slope * cof[r // 3, r % 3] * cof[s // 3, s % 3]
+        add_determinant_hessian(f, pressure, tangent)
     return bulk * (excess - np.log(jacobian)) + 0.25 * guard * excess**4
 
 
@@ -171,13 +181,35 @@ def add_history(f, history, stress, tangent):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def place(blocks, coupling, displacement_slot, pressure_slot, matrix):  # type: ignore[no-untyped-def]
+def material_point(  # type: ignore[no-untyped-def]
+    nodal, gradient, mu, alpha, bulk, guard, field, history, stiff, f, cof, stress, tangent, work
+):
+    """Energy density without that of the pressure field [MPa], and J; F, cofactors and stress are written.
+
+    nodal : (n_nodes, 3) displacements; gradient : (n_nodes, 3); mu, alpha : (n_terms,)
+    bulk, guard, field : see `add_volumetric`; history : (6,) of `add_history`, or (0,) for none
+    stiff : whether the tangent is wanted
+    f, cof, stress : (3, 3) out, nominal stress [MPa]; tangent : (9, 9) out; work : (7, 9) scratch
+    """
+    deformation_gradient(nodal, gradient, f)
+    jacobian = cofactor(f, cof)
+    if not jacobian > 0.0:
+        return 0.0, jacobian
+    energy = ogden_point(f, mu, alpha, stiff, stress, tangent, work)
+    if history.shape[0] > 0:
+        energy += add_history(f, history, stress, tangent)
+    energy += add_volumetric(f, cof, jacobian, bulk, guard, field, stiff, stress, tangent)
+    return energy, jacobian
+
+
+@njit(cache=True, fastmath=FLAGS, error_model="numpy")
+def place(stiffness, coupling, displacement_slot, pressure_slot, matrix):  # type: ignore[no-untyped-def]
     """Write nodal blocks and pressure coupling into a cell's matrix, symmetric.
 
-    blocks : (6, n_nodes, n_nodes), axes i <= k; coupling : (n_p, 3 n_nodes)
+    stiffness : (n_nodes, 6 n_nodes), blocks of the axes i <= k side by side; coupling : (n_p, 3 n_nodes)
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,); matrix : (n_local, n_local) out
     """
-    n_nodes = blocks.shape[1]
+    n_nodes = stiffness.shape[0]
     block = 0
     for i in range(3):
         for k in range(i, 3):
@@ -185,8 +217,8 @@ def place(blocks, coupling, displacement_slot, pressure_slot, matrix):  # type: 
                 row = displacement_slot[3 * a + i]
                 for c in range(n_nodes):
                     column = displacement_slot[3 * c + k]
-                    matrix[row, column] = blocks[block, a, c]
-                    matrix[column, row] = blocks[block, a, c]
+                    matrix[row, column] = stiffness[a, block * n_nodes + c]
+                    matrix[column, row] = stiffness[a, block * n_nodes + c]
             block += 1
     for m in range(coupling.shape[0]):
         for r in range(3 * n_nodes):
@@ -206,101 +238,126 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     alpha,
     kappa,
     history,
-    n_nodes,
     displacement_slot,
     pressure_slot,
     n_kept,
+    stiff,
     matrices,
     residuals,
     factors,
+    pivots,
     scaled,
     energy,
     min_jacobian,
     magnitude,
+    interior,
 ):
     """Cell matrices and residuals, interior unknowns eliminated.
+
+    Without `stiff` only residuals, condensed with the factors of the last matrices.
 
     unknowns : (n,) all unknowns; local_unknowns : (n_cells, n_local) their numbers in each cell
     gradients : (n_cells, n_q, n_nodes, 3); weights : (n_cells, n_q) [mm^3]
     pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of the material constants
     mu, alpha : (n_laws, n_terms); kappa : (n_laws, 3), k0, k1 and g [MPa]
-    history : (n_cells, n_q, 6) stress remembered at each point, see `add_history`; (0, n_q, 6) for none
+    history : (n_cells, n_q, 6) stress remembered at each point, see `add_history`; (n_cells, n_q, 0) for none
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,) places among a cell's unknowns
-    n_kept : how many of a cell's unknowns stay
+    n_kept : how many of a cell's unknowns stay; stiff : whether the matrices are wanted
     matrices : (n_cells, n_kept, n_kept), residuals : (n_cells, n_kept) out
-    factors : (n_cells, n_local - n_kept, n_local), scaled : (n_cells, n_local - n_kept) out
+    factors : (n_cells, n_local - n_kept, n_local), pivots, scaled : (n_cells, n_local - n_kept) out
     energy, min_jacobian : (n_cells,) out; magnitude : (n_cells,) out, largest force entry [N]
+    interior : (n_cells,) out, largest residual of an eliminated displacement [N]
     """
     n_cells, n_local = local_unknowns.shape
-    n_q = weights.shape[1]
+    n_q, n_nodes = gradients.shape[1:3]
     n_p = pressure_shapes.shape[2]
     for cell in prange(n_cells):
         nodal = np.empty((n_nodes, 3))
         for a in range(n_nodes):
             for i in range(3):
                 nodal[a, i] = unknowns[local_unknowns[cell, displacement_slot[3 * a + i]]]
-        f = np.empty((3, 3))
-        cof = np.empty((3, 3))
-        stress = np.empty((3, 3))
-        tangent = np.empty((9, 9))
-        work = np.empty((7, 9))
-        half = np.empty((3, n_nodes))
-        divergence = np.empty(3 * n_nodes)
-        coupling = np.zeros((n_p, 3 * n_nodes))
-        blocks = np.zeros((6, n_nodes, n_nodes))
-        matrix = np.zeros((n_local, n_local))
+        f, cof, stress = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        tangent, work = np.empty((9, 9)), np.empty((7, 9))
+        rows = 3 * n_q if stiff else 0
+        slopes, applied = np.zeros((rows, n_nodes)), np.zeros((rows, 6 * n_nodes))
+        divergences, shares = np.zeros((n_q, 3 * n_nodes)), np.zeros((n_q, n_p))
+        matrix = np.zeros((n_local, n_local)) if stiff else np.zeros((0, 0))
         residual = np.zeros(n_local)
         law = material[cell]
+        field_bulk = kappa[law, 1]
         total = 0.0
         smallest = np.inf
         for q in range(n_q):
             gradient = gradients[cell, q]
             weight = weights[cell, q]
-            deformation_gradient(nodal, gradient, f)
-            jacobian = cofactor(f, cof)
-            smallest = min(smallest, jacobian)
-            if not jacobian > 0.0:
-                continue
-            total += weight * ogden_point(f, mu[law], alpha[law], stress, tangent, work)
-            if history.shape[0] > 0:
-                total += weight * add_history(f, history[cell, q], stress, tangent)
             field = 0.0
             for m in range(n_p):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
-            field_bulk = kappa[law, 1]
-            total += weight * field * (jacobian - 1.0 - 0.5 * field / field_bulk)
-            bulk, guard = kappa[law, 0], kappa[law, 2]
-            total += weight * add_volumetric(f, cof, jacobian, bulk, guard, field, stress, tangent)
-            add_stiffness(gradient, tangent, weight, blocks, half)
+            density, jacobian = material_point(
+                nodal,
+                gradient,
+                mu[law],
+                alpha[law],
+                kappa[law, 0],
+                kappa[law, 2],
+                field,
+                history[cell, q],
+                stiff,
+                f,
+                cof,
+                stress,
+                tangent,
+                work,
+            )
+            smallest = min(smallest, jacobian)
+            if not jacobian > 0.0:
+                continue
+            total += weight * (density + field * (jacobian - 1.0 - 0.5 * field / field_bulk))
             for a in range(n_nodes):
                 for i in range(3):
-                    force, slope = 0.0, 0.0
+                    force = 0.0
                     for j in range(3):
                         force += stress[i, j] * gradient[a, j]
-                        slope += cof[i, j] * gradient[a, j]
                     residual[displacement_slot[3 * a + i]] += weight * force
-                    divergence[3 * a + i] = slope
             for m in range(n_p):
-                row = pressure_slot[m]
                 share = weight * pressure_shapes[cell, q, m]
-                residual[row] += share * (jacobian - 1.0 - field / field_bulk)
-                for r in range(3 * n_nodes):
-                    coupling[m, r] += share * divergence[r]
+                residual[pressure_slot[m]] += share * (jacobian - 1.0 - field / field_bulk)
+            if not stiff:
+                continue
+            for a in range(n_nodes):
+                for j in range(3):
+                    slopes[3 * q + j, a] = gradient[a, j]
+            apply_tangent(slopes[3 * q : 3 * q + 3], tangent, weight, applied[3 * q : 3 * q + 3])
+            for a in range(n_nodes):
+                for i in range(3):
+                    divergences[q, 3 * a + i] = 0.0
+                    for j in range(3):
+                        divergences[q, 3 * a + i] += cof[i, j] * gradient[a, j]
+            for m in range(n_p):
+                share = weight * pressure_shapes[cell, q, m]
+                shares[q, m] = share
                 for n in range(n_p):
-                    matrix[row, pressure_slot[n]] -= share * pressure_shapes[cell, q, n] / field_bulk
-        place(blocks, coupling, displacement_slot, pressure_slot, matrix)
-        largest = 0.0
+                    matrix[pressure_slot[m], pressure_slot[n]] -= (
+                        share * pressure_shapes[cell, q, n] / field_bulk
+                    )
+        largest, inner = 0.0, 0.0
         for r in range(3 * n_nodes):
-            largest = max(largest, abs(residual[displacement_slot[r]]))
-        eliminate_interior(matrix, residual, n_kept, factors[cell], scaled[cell])
-        for r in range(n_kept):
-            residuals[cell, r] = residual[r]
-            for s in range(n_kept):
-                matrices[cell, r, s] = matrix[r, s]
+            size = abs(residual[displacement_slot[r]])
+            largest = max(largest, size)
+            if displacement_slot[r] >= n_kept:
+                inner = max(inner, size)
+        if stiff:
+            coupling = np.dot(shares.T, divergences)
+            place(np.dot(slopes.T, applied), coupling, displacement_slot, pressure_slot, matrix)
+            eliminate_interior(matrix, n_kept, factors[cell], pivots[cell])
+            matrices[cell] = matrix[:n_kept, :n_kept]
+        condense(residual, n_kept, factors[cell], pivots[cell], scaled[cell])
+        residuals[cell] = residual[:n_kept]
         energy[cell] = total
         min_jacobian[cell] = smallest
         magnitude[cell] = largest
+        interior[cell] = inner
 
 
 @njit(parallel=True, cache=True, fastmath=FLAGS, error_model="numpy")
@@ -348,25 +405,33 @@ def point_stresses(  # type: ignore[no-untyped-def]
         for a in range(n_nodes):
             for i in range(3):
                 nodal[a, i] = unknowns[local_unknowns[cell, displacement_slot[3 * a + i]]]
-        f = np.empty((3, 3))
-        cof = np.empty((3, 3))
-        stress = np.empty((3, 3))
-        tangent = np.empty((9, 9))
-        work = np.empty((7, 9))
+        f, cof, stress = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+        tangent, work = np.empty((9, 9)), np.empty((7, 9))
         law = material[cell]
         for q in range(n_q):
-            deformation_gradient(nodal, gradients[cell, q], f)
-            jacobian = cofactor(f, cof)
-            ogden_point(f, mu[law], alpha[law], stress, tangent, work)
-            if history.shape[0] > 0:
-                add_history(f, history[cell, q], stress, tangent)
-            pressure = kappa[law, 0] * (1.0 - 1.0 / jacobian) + kappa[law, 2] * (jacobian - 1.0) ** 3
+            field = 0.0
             for m in range(pressure_slot.shape[0]):
                 slot = local_unknowns[cell, pressure_slot[m]]
-                pressure += pressure_shapes[cell, q, m] * unknowns[slot]
+                field += pressure_shapes[cell, q, m] * unknowns[slot]
+            _, jacobian = material_point(
+                nodal,
+                gradients[cell, q],
+                mu[law],
+                alpha[law],
+                kappa[law, 0],
+                kappa[law, 2],
+                field,
+                history[cell, q],
+                False,
+                f,
+                cof,
+                stress,
+                tangent,
+                work,
+            )
             for i in range(3):
                 for j in range(3):
-                    value = pressure if i == j else 0.0
+                    value = 0.0
                     for k in range(3):
                         value += stress[i, k] * f[j, k] / jacobian
                     cauchy[cell, q, i, j] = value

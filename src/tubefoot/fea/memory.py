@@ -89,7 +89,7 @@ def long_term_stresses(  # type: ignore[no-untyped-def]
         for q in range(n_q):
             deformation_gradient(nodal, gradients[cell, q], f)
             jacobian = cofactor(f, cof)
-            energies[cell, q] = ogden_point(f, mu[law], alpha[law], nominal, tangent, work)
+            energies[cell, q] = ogden_point(f, mu[law], alpha[law], False, nominal, tangent, work)
             work_of_history = 0.0
             for i in range(3):
                 for j in range(i, 3):

@@ -101,10 +101,10 @@ def principal_derivatives(stretch, jacobian, mu, alpha, first, second):  # type:
 
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
-def ogden_point(f, mu, alpha, stress, tangent, work):  # type: ignore[no-untyped-def]
+def ogden_point(f, mu, alpha, stiff, stress, tangent, work):  # type: ignore[no-untyped-def]
     """Energy density [MPa] at a deformation gradient; the nominal stress and its tangent are written.
 
-    f : (3, 3) deformation gradient, det > 0; mu, alpha : (n_terms,)
+    f : (3, 3) deformation gradient, det > 0; mu, alpha : (n_terms,); stiff : whether the tangent is wanted
     stress : (3, 3) out, dW/dF [MPa]; tangent : (9, 9) out, d2W/dF dF, row-major pairs [MPa]
     work : (7, 9) scratch
     """
@@ -125,13 +125,15 @@ def ogden_point(f, mu, alpha, stress, tangent, work):  # type: ignore[no-untyped
             spatial[i, a] = (
                 f[i, 0] * vectors[0, a] + f[i, 1] * vectors[1, a] + f[i, 2] * vectors[2, a]
             ) / stretch[a]
-    tangent[:, :] = 0.0
-    left, right = work[5], work[6]
     for i in range(3):
         for j in range(3):
             stress[i, j] = 0.0
             for a in range(3):
                 stress[i, j] += first[a] * spatial[i, a] * vectors[j, a]
+    if not stiff:
+        return energy
+    tangent[:, :] = 0.0
+    left, right = work[5], work[6]
     for a in range(3):
         # Row a of the diagonal block: (n_a x N_a) with sum_b W_ab (n_b x N_b).
         for i in range(3):

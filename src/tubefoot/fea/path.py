@@ -1,7 +1,8 @@
 """Following the path of a model from rest to a goal: predictor, step control, exact landing, named ends.
 
 The path is stepped in its parameter (for the pump: the pumped volume), so that it passes maxima of pressure.
-Each step starts from a polynomial through the last states. A limit, the goal among them, that the predictor
+Each step starts from a polynomial through the last states, of the degree that would have foretold the last
+one best: high where the path is smooth, a line behind a kink such as a beginning contact. A limit, the goal among them, that the predictor
 sees coming is landed on exactly.
 """
 
@@ -20,6 +21,10 @@ from tubefoot.fea.items import State
 
 OVERSHOOT = 0.02
 """Share of a step by which a limit may lie beyond its end and still be landed on with it."""
+
+
+EASY = 8
+"""Iterations up to which a step was easy enough for a longer one to follow."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +122,7 @@ def follow(
         if landing is not None:
             path.end_reason = landing.reason
             return path
-        if step.iterations <= 5:
+        if step.iterations <= EASY:
             stride = np.copysign(min(longest, abs(stride) * stepping.growth), stride)
     raise ConvergenceError(f"the goal was not reached in {stepping.most} states", path.failures, path)
 
@@ -222,15 +227,30 @@ def _weights(parameters: Sequence[float], at: float) -> list[float]:
     return weights
 
 
+HIGHEST_DEGREE = 3
+
+
 def _predict(steps: Sequence[Step], parameter: float) -> State:
     """The state that the polynomial through the last states has at a parameter."""
-    recent = [step.state for step in steps[-3:]]
+    recent = [step.state for step in steps[-_degree(steps) - 1 :]]
     weights = _weights([state.parameter for state in recent], parameter)
     return State(
         sum((w * s.unknowns for w, s in zip(weights, recent, strict=True)), np.zeros(1)),
         sum((w * s.pressures for w, s in zip(weights, recent, strict=True)), np.zeros(1)),
         parameter,
     )
+
+
+def _degree(steps: Sequence[Step]) -> int:
+    """Degree of the polynomial that would have foretold the last state best."""
+    last, before = steps[-1].state, [step.state for step in steps[:-1]]
+    errors = {}
+    for degree in range(1, min(HIGHEST_DEGREE, len(before) - 1) + 1):
+        recent = before[-degree - 1 :]
+        weights = _weights([state.parameter for state in recent], last.parameter)
+        foretold = sum((w * s.unknowns for w, s in zip(weights, recent, strict=True)), np.zeros(1))
+        errors[degree] = float(np.linalg.norm(foretold - last.unknowns))
+    return min(errors, key=lambda degree: errors[degree]) if errors else len(before)
 
 
 def _note_turning(model: Model, goal: Control, path: Path, step: Step) -> None:

@@ -20,6 +20,11 @@ OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
 BEYOND = 0.05
 """How far outside a facet's edge, in reference units, a closest point still belongs to it."""
+KEPT = 0.15
+"""How far outside it may lie for a facet to remain the partner; more than BEYOND, so that a point between two
+facets does not change from one to the other and back."""
+NEIGHBOUR = 0.7
+"""How far outside it may lie for the facet to be one that the point may soon slide onto."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -94,15 +99,15 @@ def closest_point(powers, polynomial, x, place, surface, normal):  # type: ignor
 
 
 @njit(cache=True)
-def on_facet(place, triangle):  # type: ignore[no-untyped-def]
-    """Whether reference coordinates belong to a facet.
+def outside_facet(place, triangle):  # type: ignore[no-untyped-def]
+    """How far reference coordinates lie outside a facet, 0 or less within it.
 
     place : (2,); triangle : the reference facet is the unit triangle, else the square [-1, 1]^2
     """
     s, t = place
     if triangle:
-        return s >= -BEYOND and t >= -BEYOND and s + t <= 1.0 + BEYOND
-    return max(abs(s), abs(t)) <= 1.0 + BEYOND
+        return max(-s, -t, s + t - 1.0)
+    return max(abs(s), abs(t)) - 1.0
 
 
 @njit(cache=True)
@@ -123,6 +128,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
     powers,
     polynomials,
     spheres,
+    facing,
     order,
     axis,
     triangle,
@@ -137,16 +143,18 @@ def find_opposite(  # type: ignore[no-untyped-def]
 
     points, normals : (n_samples, 3) of the samples; own : (n_samples,) facet that bears each
     nodes : (n_facets, n_nodes); powers, polynomials : (n_facets, n_monomials, 3) of the facets
-    spheres : (n_facets, 4) centre and radius; order : facets sorted by centre along `axis`
+    spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
+    order : facets sorted by centre along `axis`
     triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
-    facet : (n_samples,) out, -1 for none; places : (n_samples, 2) out; gaps : (n_samples,) out
-    others : (n_samples, k) out, every facet found opposite, the nearest included, -1 padded
+    facet : (n_samples,) in, the partners so far, and out, -1 for none; places : (n_samples, 2) out; gaps : (n_samples,) out
+    others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded
     """
     widest = spheres[:, 3].max() + max(reach, depth)
     ordered = spheres[order, axis]
     for sample in prange(points.shape[0]):
         place, normal = np.empty(2), np.empty(3)
         surface = np.empty((6, 3))
+        partner = facet[sample]
         facet[sample] = -1
         gaps[sample] = np.inf
         others[sample] = -1
@@ -163,11 +171,17 @@ def find_opposite(  # type: ignore[no-untyped-def]
                 distance += (x[i] - spheres[candidate, i]) ** 2
             if distance > (spheres[candidate, 3] + max(reach, depth)) ** 2:
                 continue
+            cosine = 0.0
+            for i in range(3):
+                cosine += facing[candidate, i] * normals[sample, i]
+            if cosine > 0.5 + OPPOSED:  # the facet may curve by 30 degrees
+                continue
             if _touch(nodes, own[sample], candidate):
                 continue
             place[:] = 1.0 / 3.0 if triangle else 0.0
             gap = closest_point(powers, polynomials[candidate], x, place, surface, normal)
-            if not (-depth < gap < reach) or not on_facet(place, triangle):
+            outside = outside_facet(place, triangle)
+            if not (-depth < gap < reach) or outside > NEIGHBOUR:
                 continue
             cosine = 0.0
             for i in range(3):
@@ -177,7 +191,9 @@ def find_opposite(  # type: ignore[no-untyped-def]
             if count < others.shape[1]:
                 others[sample, count] = candidate
                 count += 1
-            if abs(gap) < abs(gaps[sample]):
+            kept = candidate == partner and outside <= KEPT
+            settled = facet[sample] == partner and partner >= 0
+            if kept or (not settled and outside <= BEYOND and abs(gap) < abs(gaps[sample])):
                 gaps[sample] = gap
                 facet[sample] = candidate
                 places[sample] = place

@@ -82,7 +82,7 @@ class Solid:
         self.pressure = pressure
         self._prepare_geometry(mesh)
         self._prepare_laws(mesh, laws)
-        self._history = np.empty((0, self.weights.shape[1], 6))
+        self._history = np.empty((*self.weights.shape, 0))
         start = 3 * len(mesh.points) if first_own_unknown is None else first_own_unknown
         self._number_unknowns(start)
 
@@ -115,22 +115,25 @@ class Solid:
                 self.material[part],
                 *self.constants,
                 self._history[part],
-                self.kind.n_nodes,
                 self._displacement_slot,
                 self._pressure_slot,
                 self.n_kept,
+                sink.stiff,
                 matrices,
                 residuals,
                 self._factors[part],
+                self._pivots[part],
                 self._scaled[part],
                 self._energy[part],
                 self._smallest[part],
                 self._magnitude[part],
+                self._interior[part],
             )
             sink.add(self, first, matrices, residuals)
         found.energy += float(self._energy.sum())
         found.min_jacobian = min(found.min_jacobian, float(self._smallest.min()))
         found.magnitude = max(found.magnitude, float(self._magnitude.max()))
+        found.interior = max(found.interior, float(self._interior.max()))
 
     def recover(self, step: FloatArray) -> None:
         """Fill in the interior unknowns of a Newton step.
@@ -291,8 +294,8 @@ class Solid:
         self.unknowns = np.ascontiguousarray(np.hstack(columns))
         n_local = self.unknowns.shape[1]
         self._factors = np.empty((n_cells, n_local - self.n_kept, n_local))
-        self._scaled = np.empty((n_cells, n_local - self.n_kept))
-        self._energy, self._smallest, self._magnitude = np.empty((3, n_cells))
+        self._pivots, self._scaled = np.empty((2, n_cells, n_local - self.n_kept))
+        self._energy, self._smallest, self._magnitude, self._interior = np.empty((4, n_cells))
         chunk = min(CHUNK, n_cells)
         self._matrices = np.empty((chunk, self.n_kept, self.n_kept))
         self._residuals = np.empty((chunk, self.n_kept))
