@@ -44,6 +44,10 @@ class SensorSettings(Settings):
     """What is left of the supply's influence, by `tubefoot rig calibrate supply`."""
 
 
+UNCALIBRATED = SensorSettings()
+"""A sensor of which the rig file says nothing."""
+
+
 class FlowSettings(Settings):
     """What the pump moves in one direction: flow (duty - dead) / (1 - dead) (duration - lag), not below 0."""
 
@@ -118,7 +122,7 @@ class RigSettings(Settings):
 
         branch : one of BRANCHES
         """
-        return self.sensors.get(branch, SensorSettings())  # type: ignore[call-overload]
+        return self.sensors.get(branch, UNCALIBRATED)  # type: ignore[call-overload]
 
     def rig_limits(self) -> RigLimits:
         """The limits in inside units."""

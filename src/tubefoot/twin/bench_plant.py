@@ -14,16 +14,22 @@ from numpy.typing import NDArray
 
 from tubefoot.lab.settings import BRANCHES
 from tubefoot.twin.bench_settings import BenchSettings
-from tubefoot.twin.finger_response import FingerResponse, finger_of
+from tubefoot.twin.finger_response import FingerResponse
+from tubefoot.twin.fingers import finger_of
 from tubefoot.twin.hydraulics import Hydraulics
 from tubefoot.twin.plant import PumpDrive
 from tubefoot.twin.pump import Pump
 from tubefoot.twin.transducers import Rail, Transducers
+from tubefoot.units import KPA
 
 ROOM_K = 296.15
 """Absolute temperature at which the finger was identified: 23 degC."""
 CLIMATE_S = 0.1
 """How often the temperature is looked at [s]."""
+QUIET_S = 5e-3
+"""Step of the fluid while the pump stands and little changes [s]; sensors and board keep theirs."""
+QUIET_MPA_PER_S = 5.0 * KPA
+"""Rate of the pressures below which little changes: 25 Pa in a quiet step, a sample scatters by 90."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,6 +85,7 @@ class BenchPlant:
         self.overrides: dict[int, float] = {}
         self._vented = False
         self._climate_due = 0.0
+        self._waiting = self._next_step = 0.0
 
     def vent(self) -> None:
         """Open both branches to the air."""
@@ -131,7 +138,9 @@ class BenchPlant:
         flow = self.pump.step(duration, drive.direction, drive.duty)
         if self._vented:
             self.dispensed += flow * duration
-        self.hydraulics.step(duration, flow)
+        self._waiting += duration
+        if flow != 0.0 or self._waiting >= self._next_step - 1e-9:
+            self._move_fluid(flow)
         self.transducers.step(duration, self.hydraulics.branch_pressure)
 
     def sensor_volts(self) -> tuple[float, float, float, float]:
@@ -147,6 +156,16 @@ class BenchPlant:
     def supply_volts(self) -> float:
         """The board's 5 V rail [V]."""
         return self.rail.volts
+
+    def _move_fluid(self, flow: float) -> None:
+        """Step the fluid by the time that waits for it, and choose how long the next step may wait."""
+        before = self.hydraulics.branch_pressure
+        self.hydraulics.step(self._waiting, flow)
+        after = self.hydraulics.branch_pressure
+        change = max(abs(after[0] - before[0]), abs(after[1] - before[1]))
+        quiet = flow == 0.0 and change < QUIET_MPA_PER_S * self._waiting
+        self._next_step = QUIET_S if quiet else 0.0
+        self._waiting = 0.0
 
     def _kelvin(self) -> float:
         climate = self.make.climate

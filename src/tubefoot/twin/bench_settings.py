@@ -60,7 +60,7 @@ class BranchMake(Settings):
 class FingerMake(Settings):
     """The printed finger and what is in its chambers."""
 
-    law: Literal["reduced", "linear"] = "linear"
+    law: Literal["reduced", "linear"] = "reduced"
     """the reduced model of the 12-unit reference finger, or a linear stand-in of the same size"""
     model: str = ""
     """file of another reduced model, written by `tubefoot reduce`"""

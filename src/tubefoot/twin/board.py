@@ -19,6 +19,7 @@ from tubefoot.twin.plant import Plant, PumpDrive
 from tubefoot.twin.processor import ANSWER, BYTES_AT_ONCE, CYCLES_PER_S, REQUEST, PipedProcessor, Processor
 
 _DIRECTIONS = {1: 1, 2: -1}
+STANDING = PumpDrive(0, 0.0)
 
 
 class Operation(IntEnum):
@@ -49,7 +50,7 @@ class SimulatedBoard:
         """
         self.plant = plant
         self.step_s = step_s
-        self.drive = PumpDrive(0, 0.0)
+        self.drive = STANDING
         self.to_host: Callable[[bytes], bytes] = lambda data: data
         self.to_board: Callable[[bytes], bytes] = lambda data: data
         self._cycle = self._steps = 0
@@ -115,11 +116,11 @@ class SimulatedBoard:
         outgoing, self._outgoing = self._outgoing[:BYTES_AT_ONCE], self._outgoing[BYTES_AT_ONCE:]
         request = REQUEST.pack(
             cycles,
-            round(1e3 * volts[0]),
-            round(1e3 * volts[1]),
-            round(1e3 * volts[2]),
-            round(1e3 * volts[3]),
-            round(1e3 * self.plant.supply_volts()),
+            int(1e3 * volts[0] + 0.5),
+            int(1e3 * volts[1] + 0.5),
+            int(1e3 * volts[2] + 0.5),
+            int(1e3 * volts[3] + 0.5),
+            int(1e3 * self.plant.supply_volts() + 0.5),
             operation,
             0,
             len(outgoing),
@@ -129,7 +130,7 @@ class SimulatedBoard:
         passed, self._cycle = cycle - self._cycle, cycle
         if operation != Operation.MEASURE_RAM:
             direction = _DIRECTIONS.get(pins, 0)
-            self.drive = PumpDrive(direction, min(1.0, high / max(1, passed)) if direction else 0.0)
+            self.drive = PumpDrive(direction, min(1.0, high / max(1, passed))) if direction else STANDING
         return incoming, high
 
 

@@ -1,8 +1,7 @@
-"""How a finger's chambers take up fluid: the contract the hydraulics uses, and two fingers that fulfil it.
+"""How a finger's chambers take up fluid: the contract that the hydraulics uses, and a linear finger.
 
-`LinearFinger` is a stand-in with closed forms, for tests and for work on the hydraulics alone. `StillFinger`
-is the reduced model in free bending without inertia: at the end of each step its unit angles balance the
-pressures and the memory of the wall. Angles in rad, pressures in MPa, volumes in mm^3.
+`LinearFinger` has closed forms, for tests and for work on the hydraulics alone; the reduced model is in
+`still_finger.py`. Angles in rad, pressures in MPa, volumes in mm^3.
 """
 
 from __future__ import annotations
@@ -12,11 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.twin.bench_settings import FingerMake
 from tubefoot.units import DEG, KPA, ML
-
-LINEAR_MEMORY = ((0.5, 0.1), (0.3, 1.0), (0.2, 10.0))
-"""Relaxation of the linear stand-in: share of its bending stiffness, time [s]; milder than Agilus30."""
 
 Volumes = tuple[float, float, float, float, float]
 """Volume changes right and left; their derivatives right by right, right by left and back, left by left."""
@@ -136,17 +131,3 @@ class LinearFinger:
             stiffness += bending * share * decay
             remembered += (held - bending * share * self.angle) * decay
         return (self._arm * (right - left) - remembered) / stiffness, stiffness
-
-
-def finger_of(make: FingerMake) -> FingerResponse:
-    """The finger that the settings describe.
-
-    make : of the finger
-    """
-    factor = make.stiffness
-    return LinearFinger(
-        compliance=2.0 * ML / (100 * KPA) / factor,
-        partition=1.5 * ML / (100 * KPA) / factor / (1.0 + make.seam_stiffening),
-        gain=0.85 * DEG / KPA / factor / (1.0 + make.seam_stiffening),
-        memory=LINEAR_MEMORY if make.creep else (),
-    )

@@ -28,8 +28,8 @@ from tubefoot.units import ATMOSPHERE_MPA, KPA, ML
 
 NUCLEUS = 1.0
 """Air that no filling removes, a microlitre in each chamber: at absolute vacuum it grows, as vapour does."""
-TOLERANCE = 1e-9
-"""Of the chamber pressures [MPa]: a thousandth of a pascal."""
+TOLERANCE = 1e-6
+"""Of the last correction of the chamber pressures [MPa]; what is left then is of the order of its square."""
 MOST_ITERATIONS = 60
 LEAST_RESISTANCE = 1e-9
 """Of a tube [MPa s/mm^3], a two-thousandth of the nominal one."""
@@ -212,7 +212,7 @@ class Hydraulics:
             det = rr * ll - rl * rl
             by_r, by_l = (miss_r * ll - miss_l * rl) / det, (miss_l * rr - miss_r * rl) / det
             p_r, p_l = _above_vacuum(p_r, by_r), _above_vacuum(p_l, by_l)
-            if abs(by_r) < TOLERANCE and abs(by_l) < TOLERANCE:
+            if -TOLERANCE < by_r < TOLERANCE and -TOLERANCE < by_l < TOLERANCE:
                 self._trend = (p_r - old_r, p_l - old_l)
                 self.chamber_pressure = (p_r, p_l)
                 return flow_r, flow_l
@@ -224,4 +224,5 @@ class Hydraulics:
 
 def _above_vacuum(pressure: float, by: float) -> float:
     """The pressure less a correction, never further than half the way to absolute vacuum."""
-    return max(pressure - by, 0.5 * (pressure - ATMOSPHERE_MPA))
+    after, least = pressure - by, 0.5 * (pressure - ATMOSPHERE_MPA)
+    return after if after > least else least

@@ -107,6 +107,7 @@ class NativeCore:
         self._step.argtypes = [ctypes.c_char_p, ctypes.c_char_p, ctypes.c_char_p]
         self._step.restype = ctypes.c_uint16
         self._core.core_power_up()
+        self._on = True
         self._cleanup = weakref.finalize(self, _ctypes.dlclose, self._core._handle)
 
     def exchange(self, request: bytes, outgoing: bytes) -> tuple[bytes, bytes]:
@@ -115,7 +116,7 @@ class NativeCore:
         request : packed as REQUEST
         outgoing : bytes to the board
         """
-        if not self._cleanup.alive:
+        if not self._on:
             raise LinkError("the simulated board is switched off")
         if outgoing:
             self._buffer[: len(outgoing)] = outgoing
@@ -124,6 +125,7 @@ class NativeCore:
 
     def close(self) -> None:
         """Unload it."""
+        self._on = False
         self._cleanup()
 
 

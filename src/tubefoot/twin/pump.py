@@ -55,7 +55,8 @@ class Pump:
         self._phase = (
             self._phase + abs(self.flow) * duration / self._stroke * self._make.rollers * tau
         ) % tau
-        dip = max(0.0, cos(self._phase)) ** 4
+        lift = cos(self._phase)
+        dip = lift**4 if lift > 0.0 else 0.0
         return self.flow * (1.0 - self._make.ripple * (dip - MEAN_DIP))
 
     def _wanted(self, direction: int, duty: float) -> float:

@@ -86,8 +86,7 @@ class Transducers:
         if not self._drawn:
             self._drawn = (self._make.noise_v * self._noise.standard_normal(DRAWN_AT_ONCE)).tolist()
         scale = rail / NOMINAL_V if self._make.ratiometric else 1.0
-        first, second = (
-            min(max((zero + slope * felt + self._drawn.pop()) * scale, LOW_V), HIGH_V)
-            for zero, slope, felt in zip(self._zero, self._slope, self._felt, strict=True)
-        )
-        return first, second
+        drawn, (zero_r, zero_l), (slope_r, slope_l) = self._drawn, self._zero, self._slope
+        right = (zero_r + slope_r * self._felt[0] + drawn.pop()) * scale
+        left = (zero_l + slope_l * self._felt[1] + drawn.pop()) * scale
+        return min(max(right, LOW_V), HIGH_V), min(max(left, LOW_V), HIGH_V)

@@ -1,0 +1,31 @@
+"""The finger that a bench's settings describe."""
+
+from __future__ import annotations
+
+from tubefoot.reduced.files import read_reduced, reference_file
+from tubefoot.reduced.relaxation import NO_RELAXATION
+from tubefoot.twin.bench_settings import FingerMake
+from tubefoot.twin.finger_response import FingerResponse, LinearFinger
+from tubefoot.twin.still_finger import StillFinger
+from tubefoot.units import DEG, KPA, ML
+
+LINEAR_MEMORY = ((0.5, 0.1), (0.3, 1.0), (0.2, 10.0))
+"""Relaxation of the linear stand-in: share of its bending stiffness, time [s]; milder than Agilus30."""
+
+
+def finger_of(make: FingerMake) -> FingerResponse:
+    """The finger that the settings describe.
+
+    make : of the finger; raises ConfigError when its model cannot be read
+    """
+    if make.law == "linear":
+        factor, seam = make.stiffness, 1.0 + make.seam_stiffening
+        return LinearFinger(
+            compliance=2.0 * ML / (100 * KPA) / factor,
+            partition=1.5 * ML / (100 * KPA) / factor / seam,
+            gain=0.85 * DEG / KPA / factor / seam,
+            memory=LINEAR_MEMORY if make.creep else (),
+        )
+    content = read_reduced(make.model) if make.model else reference_file()
+    memory = content.to_prony() if make.creep else NO_RELAXATION
+    return StillFinger(content.to_finger(), memory, make.stiffness, make.seam_stiffening)
