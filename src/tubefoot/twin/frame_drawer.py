@@ -1,10 +1,9 @@
 """Frames of the bench's finger, fast enough to be drawn thirty times a simulated second.
 
 The compositor of `vision` samples every pixel nine times; here each marker card is filtered once with the
-footprint of a pixel, and looked up once a pixel through the same distorted lens. The footprint is taken as
-square to the card, which leaves edges where they are; `tests/twin/test_frame_drawer.py` holds both against
-each other. Motion during the exposure is averaged over instants; the shutter is global. Noise is cut from a
-pool of drawn noise at random places.
+square of a pixel, turned as the card is seen, and looked up once a pixel through the same distorted lens.
+`tests/twin/test_frame_drawer.py` holds both against each other. Motion during the exposure is averaged over
+instants; the shutter is global. Noise is cut from a pool of drawn noise at random places.
 """
 
 from __future__ import annotations
@@ -28,6 +27,9 @@ HALF_WIDTH = 11.0
 """Half the width of the finger's silhouette [mm]."""
 TEXELS_PER_CELL = 24
 OUTLINE_POINTS = 25
+KERNEL_SAMPLES = 16
+TURNS = 12
+"""Directions of a pixel's square within a right angle for which a card is filtered."""
 POOL_MARGIN = 256
 MARGIN_PX = 4
 """Around what is drawn, for the blur."""
@@ -37,7 +39,7 @@ Box = tuple[int, int, int, int]
 
 
 class Card:
-    """A marker with its paper, filtered with the footprint of a pixel and ready for look-up."""
+    """A marker with its paper, filtered with the square of a pixel and ready for look-up."""
 
     def __init__(self, layout: MarkerLayout, place: MarkerPlace, footprint: float):
         """Print it.
@@ -56,17 +58,28 @@ class Card:
         count = len(decal.cells)
         self.texel = layout.marker_side_mm / (count * TEXELS_PER_CELL)
         paper = round(layout.quiet_zone_mm / self.texel)
-        margin = int(np.ceil(footprint / self.texel)) + 2
+        margin = int(np.ceil(1.5 * footprint / self.texel)) + 2
         cells = np.kron(decal.cells, np.ones((TEXELS_PER_CELL, TEXELS_PER_CELL)))
         light = np.pad(np.pad(cells, paper, constant_values=decal.paper), margin)
         cover = np.pad(np.ones_like(np.pad(cells, paper)), margin)
-        kernel = _box_kernel(footprint / self.texel)
-        both = cv2.sepFilter2D(np.dstack([light, cover]).astype(np.float32), -1, kernel, kernel)
-        self.picture = np.ascontiguousarray(both, dtype=np.float32)
+        self._plain = np.dstack([light, cover]).astype(np.float32)
+        self._filtered: dict[int, FloatPicture] = {}
+        self._width = footprint / self.texel
         self.middle = (len(light) - 1) / 2
         half = (len(light) / 2) * self.texel
         self.corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
         self.place = place
+
+    def seen_at(self, angle: float) -> FloatPicture:
+        """Light and cover (rows, columns, 2), filtered for a card turned by an angle.
+
+        angle : of the card, counter-clockwise [rad]
+        """
+        turn = round(angle / (np.pi / 2) * TURNS) % TURNS
+        if turn not in self._filtered:
+            kernel = _square_kernel(self._width, turn / TURNS * np.pi / 2)
+            self._filtered[turn] = np.asarray(cv2.filter2D(self._plain, -1, kernel), dtype=np.float32)
+        return self._filtered[turn]
 
 
 class FrameDrawer:
@@ -178,7 +191,7 @@ def _looked_up(card: Card, pose: PlanarPose, across: FloatPicture, up: FloatPict
     right, above = across - np.float32(pose.x), up - np.float32(pose.z)
     middle = np.float32(card.middle)
     column, row = cos * right + sin * above + middle, sin * right - cos * above + middle
-    return np.asarray(cv2.remap(card.picture, column, row, cv2.INTER_LINEAR), dtype=np.float32)
+    return np.asarray(cv2.remap(card.seen_at(pose.angle), column, row, cv2.INTER_LINEAR), dtype=np.float32)
 
 
 def _pose(place: MarkerPlace, at: NDArray[np.float64], direction: float) -> PlanarPose:
@@ -187,9 +200,17 @@ def _pose(place: MarkerPlace, at: NDArray[np.float64], direction: float) -> Plan
     return seat.then(PlanarPose(place.x_mm, 0.0, place.angle_deg * DEG))
 
 
-def _box_kernel(width: float) -> NDArray[np.float32]:
-    """A box of any width of at least one [texel], its ends weighted by what they cover."""
-    half = int(np.ceil((width - 1) / 2))
-    kernel = np.ones(2 * half + 1)
-    kernel[[0, -1]] = (width - (2 * half - 1)) / 2 if half > 0 else 1.0
-    return (kernel / kernel.sum()).astype(np.float32)
+def _square_kernel(width: float, turn: float) -> NDArray[np.float32]:
+    """A filter that averages over a square.
+
+    width : of the square [texel]; turn : of its axes [rad]
+    """
+    half = int(np.ceil(width / np.sqrt(2))) + 1
+    fine = (np.arange((2 * half + 1) * KERNEL_SAMPLES) + 0.5) / KERNEL_SAMPLES - half - 0.5
+    column, row = np.meshgrid(fine, fine)
+    along = np.abs(np.cos(turn) * column + np.sin(turn) * row)
+    across = np.abs(np.cos(turn) * row - np.sin(turn) * column)
+    inside = (along <= width / 2) & (across <= width / 2)
+    size = 2 * half + 1
+    kernel = inside.reshape(size, KERNEL_SAMPLES, size, KERNEL_SAMPLES).mean(axis=(1, 3))
+    return np.asarray(kernel / kernel.sum(), dtype=np.float32)
