@@ -7,17 +7,19 @@ CalculiX prints seven digits, and its Newton iteration ends at 0.5 % of the mean
 
 import numpy as np
 import pytest
-from benchmarks.finger_load import FingerLoad, recast
-from benchmarks.peers_calculix import available, material_card, mesh_cards, printed, run_deck, run_finger
+from benchmarks.finger_load import FingerLoad
+from benchmarks.peers_calculix import available, printed, run_deck, run_finger
 
 from mapped_box import mapped_box
 from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.cavity import Cavity
+from tubefoot.fea.deck import material_card, mesh_cards
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.items import State
+from tubefoot.fea.recast import recast
 from tubefoot.fea.solid import Solid
 from tubefoot.units import KPA
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from tubefoot.cli.deck import DeckOptions
 from tubefoot.errors import ConfigError, GeometryError
 
 if TYPE_CHECKING:
@@ -99,12 +100,17 @@ def export(
     compensate_growth: bool = False,
     pictures: bool = True,
     despite_check: Annotated[bool, Parameter(negative=())] = False,
+    deck: DeckOptions | None = None,
 ) -> None:
     """Write the print files of a design: STEP, STL, 3MF, drawing, bill of materials, assembly instructions.
 
     Every mesh is closed and measured again; a design that `tubefoot check` fails is refused with the reason.
 
+    With --fea, the input deck of another finite element program is written instead.
+
     Example: `tubefoot export examples/designs/reference-6.toml --compensate-growth`
+
+    Example: `tubefoot export examples/designs/reference-3.toml --fea ccx --right-kpa 10 --left-kpa -10`
 
     Parameters
     ----------
@@ -118,7 +124,14 @@ def export(
         Draw the pictures of the instructions.
     despite_check
         Export although rules of printability are broken; they are printed.
+    deck
+        Options of the input deck.
     """
+    if deck is not None and deck.fea is not None:
+        from tubefoot.cli.deck import export_deck
+
+        export_deck(design, out, deck)
+        return
     import time
 
     from tubefoot.design.finger import load_design
