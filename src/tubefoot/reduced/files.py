@@ -85,6 +85,8 @@ class ReducedFile(Settings):
     unit_mass_g: Annotated[float, Field(gt=0)]
     """Wall and water of one unit."""
     cap_mass_g: Annotated[float, Field(gt=0)]
+    shear_compliance_mm_per_n: Annotated[float, Field(ge=0)] = 0.0
+    """Sideways shift of a unit's upper end by shear force."""
     range: RangeTable
     inner: LawTable
     base: LawTable
@@ -114,6 +116,7 @@ class ReducedFile(Settings):
             height=self.height_mm,
             unit_mass=self.unit_mass_g * GRAM,
             cap_mass=self.cap_mass_g * GRAM,
+            shear_compliance=self.shear_compliance_mm_per_n,
         )
 
     def to_prony(self) -> Prony:

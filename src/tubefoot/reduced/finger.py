@@ -63,6 +63,7 @@ class ReducedFinger:
     inner, base, tip : law of a unit, what the ends add; valid : where the laws hold, unscaled
     half_width, height : middle line to the outside of a crest; size across the bending plane [mm]
     unit_mass, cap_mass : of wall and fluid of a unit, of a cap [t]
+    shear_compliance : shift of a unit's upper end by shear force, unscaled, for the finger's shape only [mm/N]
     scale : stiffness of the wall over the identified one
     """
 
@@ -78,6 +79,7 @@ class ReducedFinger:
     height: float
     unit_mass: float
     cap_mass: float
+    shear_compliance: float = 0.0
     scale: float = 1.0
     chain: Chain = field(init=False, repr=False, compare=False)
 

@@ -36,6 +36,7 @@ from tubefoot.reduced.files import (
 from tubefoot.study.reduction_fit import (
     StateError,
     fit_laws,
+    fit_shear,
     identified_range,
     softest,
     state_error,
@@ -223,6 +224,7 @@ def _content(design: FingerDesign, settings: ReduceSettings, used: Sequence[Solv
         height_mm=profile.height,
         unit_mass_g=(wall * density + water * WATER) / GRAM,
         cap_mass_g=cap / GRAM,
+        shear_compliance_mm_per_n=fit_shear(used),
         range=RangeTable(
             unit_angle_deg=valid.angle / DEG,
             pressure_low_kpa=valid.pressure_low / KPA,

@@ -86,6 +86,17 @@ def _equations(state: SolvedState, scales: tuple[float, float, float]) -> tuple[
     return rows, np.r_[found.moments / of_moment, found.volumes / of_volume, found.energy / of_energy]
 
 
+def fit_shear(states: Sequence[SolvedState]) -> float:
+    """Sideways shift of an inner unit's upper end by shear force [mm/N], least squares.
+
+    states : of the fit; zero where none bears a force
+    """
+    shears = np.concatenate([state.found.shears[1:-1] for state in states])
+    slips = np.concatenate([state.found.slips[1:-1] for state in states])
+    carried = float(shears @ shears)
+    return max(0.0, float(shears @ slips) / carried) if carried > 0.0 else 0.0
+
+
 def identified_range(states: Sequence[SolvedState]) -> FingerRange:
     """The range that states cover, by mirror symmetry the same for both chambers.
 

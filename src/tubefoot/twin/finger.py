@@ -9,8 +9,8 @@ times the angular frequency.
 
 The scene is in SI units (m, kg, s), as MuJoCo's contact defaults expect; in and out of it go mm, N, MPa, rad.
 Frame: x to the right, y into the picture, z up along the straight finger from the middle of the base's outer
-face. A hinge about -y bends towards -x. Units keep their length, and shear is left out: docs/verification.md
-says what both cost.
+face. A hinge about -y bends towards -x. Shear moves the links sideways (`place_links`): it changes the shape, not
+the law. Units keep their length; docs/verification.md says what that costs.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from math import ceil, cos, radians, sin
 
 import mujoco
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConvergenceError
@@ -65,26 +66,26 @@ def finger_bodies(finger: ReducedFinger, name: str = "finger") -> str:
     the middle of the tip face.
     """
     pitch, cap = finger.pitch / METRE, finger.cap / METRE
+    unit, end = finger.unit_mass / KILOGRAM, finger.cap_mass / KILOGRAM
     lines = []
     for k in range(finger.n_units):
-        last = k == finger.n_units - 1
-        length = pitch / 2 + cap if last else pitch
-        mass = (finger.unit_mass * (0.5 if last else 1.0) + (finger.cap_mass if last else 0.0)) / KILOGRAM
         rise = cap + pitch / 2 if k == 0 else pitch
         lines.append(f'<body name="{name}_link_{k}" pos="0 0 {rise:.9g}">')
         lines.append(f'<joint name="{name}_{k}" type="hinge" axis="0 -1 0"/>')
-        lines.append(_inertial(finger, mass, length))
-    tip = pitch / 2 + cap
-    lines.append(f'<site name="{name}_tip" pos="0 0 {tip:.9g}" size="0.0005"/>')
+        if k < finger.n_units - 1:
+            lines.append(_inertial(finger, unit, pitch, pitch / 2))
+    above = (unit / 2 * pitch / 4 + end * (pitch + cap) / 2) / (unit / 2 + end)
+    lines.append(_inertial(finger, unit / 2 + end, pitch / 2 + cap, above))
+    lines.append(f'<site name="{name}_tip" pos="0 0 {pitch / 2 + cap:.9g}" size="0.0005"/>')
     return "\n".join(lines) + "</body>" * finger.n_units
 
 
-def _inertial(finger: ReducedFinger, mass: float, length: float) -> str:
-    """Inertia of a link: a block of the finger's outline."""
+def _inertial(finger: ReducedFinger, mass: float, length: float, above: float) -> str:
+    """Inertia of a link as that of a block of the finger's outline, its middle so far above the hinge."""
     x, y = 2 * finger.half_width / METRE, finger.height / METRE
     about = [mass / 12 * (a**2 + b**2) for a, b in ((y, length), (x, length), (x, y))]
     numbers = " ".join(f"{value:.9g}" for value in about)
-    return f'<inertial pos="0 0 {length / 2:.9g}" mass="{mass:.9g}" diaginertia="{numbers}"/>'
+    return f'<inertial pos="0 0 {above:.9g}" mass="{mass:.9g}" diaginertia="{numbers}"/>'
 
 
 def finger_scene(finger: ReducedFinger, mounting: Mounting, time_step: float) -> str:
@@ -102,6 +103,28 @@ def finger_scene(finger: ReducedFinger, mounting: Mounting, time_step: float) ->
     )
 
 
+@njit(cache=True)
+def place_links(angles, moments, lengths, shear, places, tip):  # type: ignore[no-untyped-def]
+    """Put each link where an arc under shear would end.
+
+    Two halves and a hinge span less than an arc, by phi^2 / 12. The shear force at rest is the slope of the
+    moment from hinge to hinge, taken over both neighbours.
+
+    angles : (n,) [rad]; moments : (n,) that the wall bears [N mm]; lengths : half a unit, a cap [m]
+    shear : shift over moment difference of neighbours [m/(N mm)]
+    places : (n, 3) out, each hinge over the one below [m]; tip : (3,) out, the tip over the last hinge [m]
+    """
+    last = angles.shape[0] - 1
+    below, slipped = lengths[1], 0.0
+    for unit in range(last + 1):
+        arc = lengths[0] * (1.0 + angles[unit] ** 2 / 12.0)
+        lower, upper = max(unit - 1, 0), min(unit + 1, last)
+        slip = -0.5 * shear * (moments[lower] - moments[upper]) / max(upper - lower, 1)
+        places[unit, 0], places[unit, 2] = slipped + slip, below + arc
+        below, slipped = arc, slip
+    tip[0], tip[2] = slipped, below + lengths[1]
+
+
 class FingerChain:
     """The law on the hinges of one finger in a scene: torques before a step, memory after it."""
 
@@ -111,11 +134,14 @@ class FingerChain:
         data: mujoco.MjData,
         finger: ReducedFinger,
         prony: Prony = NO_RELAXATION,
+        seam: float = 0.0,
         name: str = "finger",
     ):
         """Find the hinges.
 
-        model, data : of the scene; finger : the law; prony : how its wall relaxes; name : the bodies' prefix
+        model, data : of the scene; finger : the law; prony : how its wall relaxes
+        seam : elastic bending stiffness that the bond adds to each unit, share of the unit's own at rest
+        name : the bodies' prefix
         """
         n = finger.n_units
         self.wall = CompiledWall(finger, prony)
@@ -126,11 +152,20 @@ class FingerChain:
         self._torques = data.qfrc_applied[first : first + n]
         self._damping = model.dof_damping[first : first + n]
         self._moments, self._stiffness = np.zeros(n), np.zeros(n)
+        self._seam = seam * finger.unit_stiffness
         self._option = model.opt
+        link = int(model.body(f"{name}_link_0").id)
+        self._link_places: FloatArray = model.body_pos[link : link + n]
+        self._tip_place: FloatArray = model.site_pos[model.site(f"{name}_tip").id]
+        self._lengths = np.array([finger.pitch / 2, finger.cap]) / METRE
+        self._shear = finger.shear_compliance / finger.scale / finger.pitch / METRE
 
     def prepare(self) -> None:
         """Get ready for the next step: once after every step, before volumes are asked for."""
         self.wall.prepare(self.angles, self._option.timestep)
+        place_links(
+            self.angles, self._moments, self._lengths, self._shear, self._link_places, self._tip_place
+        )
 
     def apply(self, right: float, left: float) -> None:
         """Put the law's torques on the hinges for the prepared step.
@@ -144,6 +179,9 @@ class FingerChain:
             raise ConvergenceError(
                 "the simulated finger became unstable; lower its load, or use a shorter time step"
             )
+        if self._seam:
+            self._moments += self._seam * self.angles
+            self._stiffness += self._seam
         np.multiply(self._moments, -1.0 / NEWTON_METRE, out=self._torques)
         dashpot = (self._option.timestep + FAST_LOSS_S) / NEWTON_METRE
         np.multiply(self._stiffness, dashpot, out=self._damping)
@@ -161,15 +199,17 @@ class SimulatedFinger:
         prony: Prony = NO_RELAXATION,
         mounting: Mounting | None = None,
         time_step: float = 1e-3,
+        seam: float = 0.0,
     ):
         """Build the scene, straight and at rest.
 
         finger : the law; prony : how its wall relaxes; mounting : its direction against gravity
         time_step : longest step [s]
+        seam : elastic bending stiffness that the bond adds to each unit, share of the unit's own at rest
         """
         self.model = mujoco.MjModel.from_xml_string(finger_scene(finger, mounting or Mounting(), time_step))
         self.data = mujoco.MjData(self.model)
-        self.chain = FingerChain(self.model, self.data, finger, prony)
+        self.chain = FingerChain(self.model, self.data, finger, prony, seam)
         self.tip_force = (0.0, 0.0)
         self._pushed = False
         self._own_scale = finger.scale
