@@ -8,9 +8,9 @@ from tubefoot.fea.measures import Stresses
 
 
 def made(shear=None):
-    """Ten cells along x, two points each; the last is a rigid plate."""
+    """Ten cells along x, two points each; the last is of a rigid mount."""
     n = 10
-    region = np.array(["partition"] * 4 + ["fold_right"] * 5 + ["plate"])
+    region = np.array(["partition"] * 4 + ["fold_right"] * 5 + ["mount"])
     weights = np.ones((n, 2))
     points = np.zeros((n, 2, 3))
     points[..., 0] = np.arange(n)[:, None]

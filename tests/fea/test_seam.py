@@ -8,6 +8,7 @@ from mapped_box import mapped_box
 from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.finger_model import SolveSettings, build_finger
+from tubefoot.fea.measures import PAPER_AXES
 from tubefoot.fea.mesh import FacetSet
 from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.seam import FaceCells, Seam, SeamState, hand_weights, seam_rows, support_forces
@@ -173,11 +174,18 @@ def test_the_pull_comes_back_from_nodal_forces(kind):
         FaceCells.of(mesh, solid, "y_min").nodes,
         np.einsum("fq,qa->fa", traction * seam.weights, shape),
     )
-    pull = seam.pull(SeamState({}, forces[seam.points]))
+    found = SeamState(dict.fromkeys(PAPER_AXES, 0.0 * traction), forces[seam.points])
+    pull = seam.pull(found)
     assert pull.sum() == pytest.approx(6.0, rel=1e-12)
     right = (hand_weights(seam.force_places[..., 0], "right") * pull).sum()
     # int over 0 < x < 1 and the width 3 of 1 + 2 x; triangles and eight nodes spread forces over a facet.
     assert right == pytest.approx(6.0, rel=1e-12 if kind == "hexahedron27" else 0.06)
+
+    if kind == "hexahedron27":
+        rows = {row["place"]: row for row in seam_rows(0, seam, found, None)}
+        # int over 0 < |x| < 1 and the width 3 of (1 +- 2 |x|) (1 - |x|).
+        assert rows["right"]["peeling_moment_n_mm"] == pytest.approx(2.5, rel=1e-12)
+        assert rows["left"]["peeling_moment_n_mm"] == pytest.approx(0.5, rel=1e-12)
 
 
 def test_faces_are_found_under_any_numbering_of_their_corners(ideal):
