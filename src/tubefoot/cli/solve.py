@@ -30,6 +30,7 @@ def solve(
     left_over_right: float = 0.0,
     air_right_ml: float = 0.0,
     air_left_ml: float = 0.0,
+    self_contact: bool = True,
     rigid_parts: str = "clamp",
     viscoelastic: Annotated[bool, Parameter(negative="")] = False,
     ramp_s: float = 2.0,
@@ -81,6 +82,8 @@ def solve(
         Trapped air of the right pressure branch at zero gauge [mL].
     air_left_ml
         Trapped air of the left pressure branch at zero gauge [mL].
+    self_contact
+        Whether walls that touch hold each other; with --no-self-contact the path ends there.
     rigid_parts
         clamp (the base cap is held at its underside) or modelled (socket, plate and tubes are stiff parts).
     viscoelastic
@@ -114,6 +117,7 @@ def solve(
         "left_over_right": left_over_right,
         "air_right_ml": air_right_ml,
         "air_left_ml": air_left_ml,
+        "self_contact": self_contact,
         "rigid_parts": rigid_parts,
         "viscoelastic": viscoelastic,
         "ramp_s": ramp_s,

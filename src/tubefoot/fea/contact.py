@@ -12,13 +12,13 @@ that of g(u) with the closest point eliminated, so its residual and tangent are 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from tubefoot.errors import ConfigError
+from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
@@ -203,10 +203,12 @@ class SelfContact:
     """Contact of a surface with itself; as an item it adds the barrier's energy."""
 
     def __init__(self, mesh: Mesh, surface: Sequence[str], barrier: Barrier | None = None):
-        """Prepare the samples.
+        """Prepare the samples; the reach is cut to half the smallest gap at rest.
 
         mesh : the mesh; surface : names of the facet sets that make up the surface, of one facet kind
         barrier : how its parts repel each other
+
+        Raises ConfigError for facets of several kinds, GeometryError when the walls touch at rest.
         """
         sets = [mesh.facet_set(name) for name in surface]
         if len({found.kind for found in sets}) != 1:
@@ -215,7 +217,7 @@ class SelfContact:
         kind = element_kind(sets[0].kind)
         self.nodes = np.ascontiguousarray(np.vstack([found.nodes for found in sets]))
         names = np.repeat(np.arange(len(sets)), [len(found.nodes) for found in sets])
-        self._labels = [surface[k] for k in names]
+        self._labels = [surface[int(k)] for k in names]
         self._rest = mesh.points
         self._triangle = kind.n_corners == 3
         self._powers, self._coefficients = facet_powers(kind)
@@ -230,6 +232,11 @@ class SelfContact:
         self._places, self.gaps = np.zeros((n, 2)), np.full(n, np.inf)
         self._keep(np.empty(0, dtype=np.int64))
         self._looked_at: FloatArray | None = None
+        rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
+        gap, where = self.smallest_gap(rest, 2 * self.barrier.reach)
+        if gap < 0.01:
+            raise GeometryError(f"walls touch at rest: {where}, gap {gap:.3g} mm, must be at least 0.01 mm")
+        self.barrier = replace(self.barrier, reach=min(self.barrier.reach, gap / 2))
 
     def look(self, state: State) -> tuple[bool, bool]:
         """Give every sample its partner anew: whether one that matters changed, and whether the pattern grew.
@@ -297,7 +304,7 @@ class SelfContact:
 
         state : where to look; within : largest gap looked for [mm]
         """
-        facet, _, gaps, _ = self._opposite(state, within)
+        facet, _, gaps, _ = self._opposite(state, within, remembered=0)
         sample = int(np.argmin(gaps))
         if facet[sample] < 0:
             return float("inf"), ""
@@ -341,7 +348,7 @@ class SelfContact:
         return np.cross(tangents[:, 0], tangents[:, 1])
 
     def _opposite(
-        self, state: State, within: float
+        self, state: State, within: float, remembered: int = MANY
     ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Of each sample: the facet opposite (-1 for none), place on it, gap, all facets found."""
         positions = self._positions(state)
@@ -353,7 +360,7 @@ class SelfContact:
         axis = int(np.argmax(np.ptp(centres, axis=0)))
         n = len(self._own)
         facet, places, gaps = self._facet.copy(), np.empty((n, 2)), np.empty(n)
-        others = np.empty((n, MANY), dtype=np.int64)
+        others = np.empty((n, remembered), dtype=np.int64)
         find_opposite(
             self._sampled(positions),
             normals / np.linalg.norm(normals, axis=1)[:, None],

@@ -18,12 +18,15 @@ from tubefoot.units import KPA
 FloatArray = NDArray[np.float64]
 
 
-def write_fields(path: Path, mesh: Mesh, solid: Solid, state: State) -> Path:
+def write_fields(
+    path: Path, mesh: Mesh, solid: Solid, state: State, stresses: Stresses | None = None
+) -> Path:
     """The path of a VTU file: displacement, von Mises and stress components at points and cells, region.
 
     path : file to write; mesh, solid : what was solved; state : which state
+    stresses : of that state, where they are known
     """
-    stresses = Stresses.of(mesh, solid, state)
+    stresses = stresses or Stresses.of(mesh, solid, state)
     values = {"von_mises_kpa": stresses.von_mises, "max_principal_kpa": stresses.max_principal}
     values |= {f"{name}_kpa": stresses.component(name) for name in PAPER_AXES}
     displacement = state.unknowns[: mesh.points.size].reshape(-1, 3)

@@ -13,6 +13,7 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.design.material import OgdenMaterial
 from tubefoot.errors import ConfigError
 from tubefoot.fea.cavity import Cavity
+from tubefoot.fea.contact import Barrier, SelfContact
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import PressureSpace
 from tubefoot.fea.end_mesh import RigidEnds
@@ -20,6 +21,7 @@ from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_tetrahedra import finger_tetrahedra
+from tubefoot.fea.items import Item
 from tubefoot.fea.measures import RIGID_REGIONS, Centreline, SectionRotation
 from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
@@ -71,6 +73,10 @@ class SolveSettings(Settings):
     air_right_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
     """Trapped-air column of the right pressure branch at zero gauge."""
     air_left_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
+    self_contact: bool = True
+    """Whether walls that touch hold each other; without, the path ends where they do."""
+    contact_reach_mm: Annotated[float, Field(ge=0.01, le=1.0)] = 0.1
+    """Gap from which walls repel each other; cut to half the smallest gap at rest."""
     fields: Literal["all", "last", "none"] = "all"
     """Of which states stress fields are written."""
     rigid_parts: Literal["clamp", "modelled"] = "clamp"
@@ -121,6 +127,7 @@ class FingerModel:
     model: Model
     tip: SectionRotation
     centreline: Centreline
+    walls: list[SelfContact]
     memory: Memory | None = None
 
     def timeline(self) -> list[Stage]:
@@ -135,14 +142,17 @@ class FingerModel:
 
     @property
     def limits(self) -> list[Limit]:
-        """Where the path may end before: absolute vacuum in either chamber."""
-        return [
-            Limit(
-                Control("pressure", self._vacuum(number), cavity=number),
-                f"absolute vacuum in the {hand} chamber (cavitation)",
-            )
-            for number, hand in enumerate(("right", "left"))
-        ]
+        """Where the path may end before: absolute vacuum or full collapse of either chamber."""
+        found = []
+        for number, hand in enumerate(("right", "left")):
+            vacuum = Control("pressure", self._vacuum(number), cavity=number)
+            empty = -0.98 * self.model.cavities[number].rest_volume
+            collapse = Control("volume_change", empty, cavity=number)
+            found += [
+                Limit(vacuum, f"absolute vacuum in the {hand} chamber (cavitation)"),
+                Limit(collapse, f"full collapse of the {hand} chamber (2 % of its volume are left)"),
+            ]
+        return found
 
     def _vacuum(self, number: int) -> float:
         """Gauge pressure at which a chamber's path ends [MPa]: vacuum, just above it with an air column."""
@@ -165,7 +175,9 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
         for number, hand in enumerate(("right", "left"))
     ]
-    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings), _seam(mesh, design))
+    walls = contact_walls(mesh, settings.contact_reach_mm)
+    others: list[Item] = [*_seam(mesh, design), *(walls if settings.self_contact else [])]
+    model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings), others)
     profile = design.profile
     return FingerModel(
         design,
@@ -175,8 +187,25 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         model,
         SectionRotation(mesh, mesh.facet_set("tip").points),
         Centreline(mesh, profile.bellows_length, profile.pitch),
+        walls,
         _memory(mesh, solid, design) if settings.viscoelastic else None,
     )
+
+
+def contact_walls(mesh: Mesh, reach: float) -> list[SelfContact]:
+    """The surfaces of a finger that may touch themselves: both chambers and both outsides.
+
+    mesh : of a finger; reach : gap from which walls repel each other [mm]
+    """
+    inside = ("partition_inside", "valley_inside", "flank_inside", "crest_inside", "cap_inside", "lid")
+    outside = ("valley_outside", "flank_outside", "crest_outside")
+    return [
+        SelfContact(
+            mesh, [f"{part}_{hand}" for part in parts if f"{part}_{hand}" in mesh.facets], Barrier(reach)
+        )
+        for parts in (inside, outside)
+        for hand in ("right", "left")
+    ]
 
 
 def design_mesh(design: FingerDesign, settings: SolveSettings) -> Mesh:

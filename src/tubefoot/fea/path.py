@@ -181,7 +181,8 @@ def _passed(model: Model, limits: Sequence[Limit], before: Step, after: Step) ->
     found = []
     for number, limit in enumerate(limits):
         a, b = (value_of(model, limit.control, step) - limit.control.target for step in (before, after))
-        if a != 0.0 and a * b < 0.0:
+        roundoff = 1e-10 * abs(limit.control.target)
+        if abs(a) > roundoff and (a * b < 0.0 or abs(b) <= roundoff):
             found.append((a / (a - b), number))
     if not found:
         return None

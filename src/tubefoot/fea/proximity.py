@@ -147,7 +147,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     order : facets sorted by centre along `axis`
     triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
     facet : (n_samples,) in, the partners so far, and out, -1 for none; places : (n_samples, 2) out; gaps : (n_samples,) out
-    others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded
+    others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 only
+        the nearest facet is looked for
     """
     widest = spheres[:, 3].max() + max(reach, depth)
     ordered = spheres[order, axis]
@@ -170,6 +171,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
             for i in range(3):
                 distance += (x[i] - spheres[candidate, i]) ** 2
             if distance > (spheres[candidate, 3] + max(reach, depth)) ** 2:
+                continue
+            if others.shape[1] == 0 and np.sqrt(distance) - spheres[candidate, 3] > abs(gaps[sample]):
                 continue
             cosine = 0.0
             for i in range(3):

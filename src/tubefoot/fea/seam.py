@@ -186,7 +186,7 @@ def support_forces(model: Model, state: State) -> FloatArray:
 
     model : what is in equilibrium; state : where
     """
-    model.evaluate(state)
+    model.evaluate(state, stiff=False)
     n = model.mesh.points.size
     forces = model.system.residual[:n].reshape(-1, 3).copy()
     positions = model.mesh.points + state.unknowns[:n].reshape(-1, 3)

@@ -19,7 +19,6 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.fields import write_fields, write_index
 from tubefoot.fea.finger_model import HALF, FingerModel, SolveSettings, build_finger, largest_stretch
-from tubefoot.fea.gaps import FacingWalls, facing_walls, smallest_gap
 from tubefoot.fea.hotspots import hotspot_rows
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import Stresses, percentile
@@ -56,6 +55,8 @@ CURVE_COLUMNS = (
     "contact_gap_where",
     "time_s",
 )
+GAPS_WITHIN_MM = 2.0
+"""Largest gap between walls that is looked for; wider ones are reported as infinite."""
 STRESS_COLUMNS = ("s11", "s22", "s33", "s12", "s13", "s23")
 
 
@@ -140,9 +141,6 @@ class _Recorder:
 
     def __init__(self, finger: FingerModel, run: Run, ledger: Ledger, progress: Progress | None):
         self.finger, self.run, self.ledger, self.progress = finger, run, ledger, progress
-        self.walls: list[FacingWalls] = facing_walls(
-            finger.mesh, finger.design.profile.pitch, finger.design.profile.units
-        )
         self.seam = Seam(finger.mesh, finger.solid)
         self.fields = [
             (float(row["pumped_volume_ml"]), path)
@@ -152,9 +150,9 @@ class _Recorder:
         self._cpu_started = time.process_time()
 
     def __call__(self, step: Step, wall_s: float) -> str | None:
-        gap, where = smallest_gap(self.finger.mesh, self.walls, step.state)
-        if gap < 0.0:
-            return f"self-contact: {where}, touch beyond this state, and contact is not part of this model"
+        gap, where = min(wall.smallest_gap(step.state, GAPS_WITHIN_MM) for wall in self.finger.walls)
+        if gap < 0.0 and not self.finger.settings.self_contact:
+            return f"self-contact: {where} touch beyond this state, and self_contact is off"
         stretch = percentile(
             largest_stretch(self.finger.solid, step.state.unknowns), self.finger.solid.weights, 0.999
         )
@@ -180,7 +178,7 @@ class _Recorder:
         )
         self.ledger.note_spent(time.process_time() - self._cpu_started, self.run.wall_s)
         if self.finger.settings.fields == "all" and number > 0:
-            self._write_fields(number, row, step)
+            self._write_fields(number, row, step, stresses)
         if self.progress is not None:
             self.progress(row)
         return None
@@ -239,8 +237,9 @@ class _Recorder:
     def _field_path(self, number: int) -> Path:
         return self.run.path(f"fields/state_{number:04d}.vtu")
 
-    def _write_fields(self, number: int, row: Row, step: Step) -> None:
-        path = write_fields(self._field_path(number), self.finger.mesh, self.finger.solid, step.state)
+    def _write_fields(self, number: int, row: Row, step: Step, stresses: Stresses | None = None) -> None:
+        finger = self.finger
+        path = write_fields(self._field_path(number), finger.mesh, finger.solid, step.state, stresses)
         self.fields.append((float(row["pumped_volume_ml"]), path))
         write_index(self.run.path("fields.pvd"), self.fields)
 
@@ -271,6 +270,7 @@ class _Recorder:
                 "factorisation": timings.factorisation,
                 "substitution": timings.substitution,
                 "pattern": timings.analysis,
+                "contact search": timings.pairing,
             },
         }
 

@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.design.finger import FingerDesign
+from tubefoot.fea.contact import Barrier
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.equilibrium import Model, Step
 from tubefoot.fea.finger_mesh import clamp_half_finger
-from tubefoot.fea.finger_model import HALF, SolveSettings, build_finger
-from tubefoot.fea.gaps import facing_walls, smallest_gap
+from tubefoot.fea.finger_model import HALF, SolveSettings, build_finger, contact_walls
 from tubefoot.fea.items import State
 from tubefoot.fea.measures import SectionRotation
 from tubefoot.fea.mesh import FacetSet, Mesh
@@ -97,7 +97,7 @@ class LoadedFinger:
             Drive.pump(),
             [*extra, *self._couple, self._force],
         )
-        self._walls = facing_walls(self.mesh, self.profile.pitch, self.profile.units)
+        self._walls = contact_walls(self.mesh, Barrier().reach)
         heights = self.profile.pitch * np.arange(1, self.profile.units)
         on_section = [np.flatnonzero(np.abs(self.mesh.points[:, 2] - z) < 1e-9) for z in heights]
         self._sections = [SectionRotation(self.mesh, points) for points in on_section]
@@ -154,7 +154,7 @@ class LoadedFinger:
             energy=step.energy / HALF,
             bend=float(turns[-1]),
             tip=(float(ends[-1, 0]), float(ends[-1, 1])),
-            gap=smallest_gap(self.mesh, self._walls, step.state)[0],
+            gap=min(wall.smallest_gap(step.state, 2.0)[0] for wall in self._walls),
         )
 
     def _line_places(self, unknowns: FloatArray) -> tuple[FloatArray, FloatArray]:

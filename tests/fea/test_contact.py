@@ -1,0 +1,186 @@
+"""Contact items: exact derivatives, balance of forces and moments, reach, partners, rigid shapes."""
+
+import numpy as np
+import pytest
+from probe import DenseSink
+
+from tubefoot.errors import ConfigError, GeometryError
+from tubefoot.fea.contact import Barrier, SelfContact
+from tubefoot.fea.elements import element_kind
+from tubefoot.fea.items import Evaluation, State
+from tubefoot.fea.mesh import FacetSet, Mesh
+from tubefoot.fea.obstacle import Box, Obstacle, Plane, Sphere
+
+
+def patch(kind, height, upward, first):
+    """Two by two facets in the plane z = height, normals up or down: points and nodes from number `first` on."""
+    reference = element_kind(kind).nodes
+    if kind == "triangle6":
+        corners = [np.array([[0, 0], [1, 0], [0, 1.0]]), np.array([[1, 1], [0, 1], [1, 0.0]])]
+        cells = [c[0] + reference @ (c[1:] - c[0]) + [i, j] for i in (0, 1) for j in (0, 1) for c in corners]
+    else:
+        cells = [(reference + [2 * i, 2 * j]) for i in (0, 1) for j in (0, 1)]
+    flat = np.vstack(cells)
+    if not upward:
+        flat = flat[:, ::-1] + [0.13, 0.21]
+    points, numbers = np.unique(np.round(flat, 9), axis=0, return_inverse=True)
+    lifted = np.column_stack([points, np.full(len(points), height)])
+    return lifted, numbers.reshape(len(cells), -1) + first
+
+
+def facing(kind, gap):
+    lower, below = patch(kind, 0.0, True, 0)
+    upper, above = patch(kind, gap, False, len(lower))
+    return Mesh(np.vstack([lower, upper]), (), (), {"walls": FacetSet(kind, np.vstack([below, above]))})
+
+
+def evaluate(item, unknowns):
+    sink, found = DenseSink(len(unknowns)), Evaluation()
+    item.assemble(State(unknowns, np.zeros(0), 0.0), sink, found)
+    return found, sink
+
+
+def assert_exact_derivatives(item, unknowns, seed=0):
+    direction = np.random.default_rng(seed).standard_normal(unknowns.shape)
+    small = 1e-6
+    _, sink = evaluate(item, unknowns)
+    above, below = (evaluate(item, unknowns + s * small * direction) for s in (1, -1))
+    work = (above[0].energy - below[0].energy) / (2 * small)
+    assert sink.residual @ direction == pytest.approx(work, rel=1e-6)
+    slope = (above[1].residual - below[1].residual) / (2 * small)
+    assert sink.matrix @ direction == pytest.approx(slope, abs=1e-6 * np.abs(slope).max())
+    assert np.abs(sink.matrix - sink.matrix.T).max() < 1e-12 * np.abs(sink.matrix).max()
+
+
+@pytest.fixture(params=["quad9", "triangle6", "quad8"])
+def pressed(request):
+    """Walls that came close from a rest gap of 1 mm, both curved."""
+    mesh = facing(request.param, 1.0)
+    rng = np.random.default_rng(4)
+    displacement = 0.02 * rng.standard_normal(mesh.points.shape)
+    displacement[mesh.points[:, 2] > 0.5, 2] -= 0.95
+    contact = SelfContact(mesh, ["walls"])
+    unknowns = displacement.ravel()
+    assert contact.look(State(unknowns, np.zeros(0), 0.0)) == (True, True)
+    return mesh, contact, unknowns
+
+
+def test_residual_and_tangent_are_derivatives_of_the_energy(pressed):
+    _, contact, unknowns = pressed
+    assert_exact_derivatives(contact, unknowns)
+
+
+def test_forces_and_moments_of_both_sides_cancel(pressed):
+    mesh, contact, unknowns = pressed
+    _, sink = evaluate(contact, unknowns)
+    forces = sink.residual.reshape(-1, 3)
+    size = np.abs(forces).sum()
+    assert size > 0.1
+    assert np.abs(forces.sum(axis=0)).max() < 1e-12 * size
+    positions = mesh.points + unknowns.reshape(-1, 3)
+    assert np.abs(np.cross(positions, forces).sum(axis=0)).max() < 1e-10 * size
+
+
+def test_partners_are_kept_where_nothing_moved(pressed):
+    _, contact, unknowns = pressed
+    assert contact.look(State(unknowns, np.zeros(0), 0.0)) == (False, False)
+
+
+@pytest.mark.parametrize("gap", [0.09, 0.03, -0.02])
+def test_pressure_is_that_of_the_barrier_and_acts_within_the_reach_only(gap):
+    barrier = Barrier(reach=0.1, stiffness=3.0)
+    mesh = facing("quad9", 1.0)
+    # The upper wall lies wholly over the lower one, which is wider.
+    lower = mesh.points[:, 2] < 0.5
+    wide = mesh.points.copy()
+    wide[lower, :2] = 1.0 + 2.0 * (wide[lower, :2] - 1.0)
+    mesh = Mesh(wide, (), (), mesh.facets)
+    contact = SelfContact(mesh, ["walls"], barrier)
+    unknowns = np.zeros(mesh.points.shape)
+    unknowns[~lower, 2] = gap - 1.0
+    contact.look(State(unknowns.ravel(), np.zeros(0), 0.0))
+    _, sink = evaluate(contact, unknowns.ravel())
+    upper_force = -sink.residual.reshape(-1, 3)[~lower].sum(axis=0)
+    # Half of the pressure comes from the upper wall's own samples, the other from those below it: 4 x 4 mm.
+    expected = 16.0 * 3.0 / 0.1 * (0.1 - gap) ** 2
+    assert upper_force[2] == pytest.approx(expected, rel=0.06)
+    unknowns[~lower, 2] = 0.1000001 - 1.0
+    contact.look(State(unknowns.ravel(), np.zeros(0), 0.0))
+    found, sink = evaluate(contact, unknowns.ravel())
+    assert found.energy == 0.0
+    assert np.abs(sink.residual).max() == 0.0
+
+
+def test_the_smallest_gap_is_named_and_a_gap_at_rest_bounds_the_reach():
+    mesh = facing("quad9", 0.15)
+    contact = SelfContact(mesh, ["walls"], Barrier(reach=0.1))
+    assert contact.barrier.reach == pytest.approx(0.075)
+    rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
+    gap, where = contact.smallest_gap(rest, 1.0)
+    assert gap == pytest.approx(0.15)
+    assert where == "walls"
+    assert contact.smallest_gap(rest, 0.1)[0] == np.inf
+
+
+def test_walls_that_touch_at_rest_are_an_error():
+    with pytest.raises(GeometryError, match=r"walls touch at rest.*0\.01 mm"):
+        SelfContact(facing("quad9", 0.005), ["walls"])
+
+
+def test_facets_of_two_kinds_are_an_error():
+    mesh = facing("quad9", 1.0)
+    both = {**mesh.facets, "other": FacetSet("quad8", mesh.facets["walls"].nodes[:, :8])}
+    with pytest.raises(ConfigError, match="several kinds"):
+        SelfContact(Mesh(mesh.points, (), (), both), ["walls", "other"])
+
+
+TURNED = ((0.6, 0.8, 0.0), (-0.8, 0.6, 0.0), (0.0, 0.0, 1.0))
+SHAPES = {
+    "plane": Plane((0, 0, 0.05), (0.1, -0.2, -2.0)),
+    "sphere": Sphere((1.3, 1.1, 3.05), 3.0),
+    "box face": Box((1.0, 1.0, 2.04), (1.0, 8.0, 4.0), 0.3, TURNED),
+    "box edge": Box((2.5, 2.0, 0.85), (2.0, 1.2, 2.0), 0.9 * 0.6, TURNED),
+}
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_a_rigid_body_presses_with_exact_derivatives_and_its_force_balances_the_wall(name):
+    points, nodes = patch("quad9", 0.0, True, 0)
+    mesh = Mesh(points, (), (), {"wall": FacetSet("quad9", nodes)})
+    obstacle = Obstacle(mesh, "wall", SHAPES[name])
+    unknowns = 0.02 * np.random.default_rng(2).standard_normal(points.size)
+    assert_exact_derivatives(obstacle, unknowns)
+    _, sink = evaluate(obstacle, unknowns)
+    forces = sink.residual.reshape(-1, 3)
+    assert np.linalg.norm(obstacle.force) > 1e-3
+    assert obstacle.force == pytest.approx(forces.sum(axis=0), abs=1e-12)
+    moment = np.cross(points + unknowns.reshape(-1, 3), forces).sum(axis=0)
+    assert obstacle.moment == pytest.approx(moment, abs=1e-10)
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_distances_have_their_derivatives(shape):
+    points = np.random.default_rng(1).uniform(-1.5, 3.5, (200, 3))
+    distance, normal, curved = shape.distance(points)
+    assert np.linalg.norm(normal, axis=1) == pytest.approx(1.0)
+    small = 1e-6
+    for axis in range(3):
+        moved = small * np.eye(3)[axis]
+        above, below = shape.distance(points + moved), shape.distance(points - moved)
+        # The inside of a box has edges where the nearest face changes.
+        smooth = np.abs(above[1] - below[1]).max(axis=1) < 0.1
+        assert smooth.mean() > 0.9
+        slope = (above[0] - below[0]) / (2 * small)
+        assert slope[smooth] == pytest.approx(normal[smooth, axis], abs=1e-6)
+        turning = (above[1] - below[1]) / (2 * small)
+        assert turning[smooth] == pytest.approx(
+            curved[smooth][:, axis], abs=1e-4 * np.abs(curved).max() + 1e-7
+        )
+    assert distance.min() < 0 < distance.max()
+
+
+def test_a_box_without_rounding_is_an_error():
+    with pytest.raises(ConfigError, match=r"rounding = 0 mm must be above 0 and at most half .*0\.5 mm"):
+        Box((0, 0, 0), (1, 2, 3), 0.0)
+    with pytest.raises(ConfigError, match="orthonormal"):
+        Box((0, 0, 0), (1, 2, 3), 0.1, ((1, 0, 0), (0, 1, 0), (0, 1, 1)))
