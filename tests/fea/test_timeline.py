@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from tubefoot.config import parse_settings
 from tubefoot.design.finger import FingerDesign
 from tubefoot.design.material import OgdenMaterial
+from tubefoot.errors import ConfigError
 from tubefoot.fea.drive import Control
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.fea.solve import solve_design
@@ -93,6 +95,20 @@ def test_an_interrupted_run_goes_on_with_what_its_material_remembers(tmp_path):
     resumed, whole = solved(tmp_path / "a", **keys), solved(tmp_path / "b", **keys)
     assert np.allclose(resumed.column("time_s"), whole.column("time_s"), rtol=1e-12)
     assert np.allclose(resumed.column("pressure_right_kpa"), whole.column("pressure_right_kpa"), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ({"hold_s": 5.0}, "hold_s belong to a solve in time"),
+        ({"hold": "goal", "recover_s": 1.0}, "hold, recover_s belong"),
+        ({"viscoelastic": True, "ramp_s": 0.0}, "ramp_s"),
+        ({"viscoelastic": True, "hold": "volume"}, "pump"),
+    ],
+)
+def test_bad_times_are_explained(table, words):
+    with pytest.raises(ConfigError, match=words):
+        parse_settings(table, SolveSettings)
 
 
 def test_stages_and_their_steps():

@@ -42,6 +42,9 @@ GOALS = (
     "bend_deg",
 )
 
+TIMES = ("ramp_s", "hold_s", "hold", "recover_s")
+"""Settings that only a viscoelastic solve reads."""
+
 
 class SolveSettings(Settings):
     """How a finger is solved."""
@@ -112,6 +115,19 @@ class SolveSettings(Settings):
             raise ValueError(
                 f"the target {self.until} = {self.target:g} kPa is at or below absolute vacuum "
                 f"({-ATMOSPHERE_MPA / KPA:.1f} kPa gauge)"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _timely(self) -> Self:
+        if self.viscoelastic:
+            return self
+        defaults = type(self).model_fields
+        idle = [name for name in TIMES if getattr(self, name) != defaults[name].default]
+        if idle:
+            raise ValueError(
+                f"{', '.join(idle)} belong to a solve in time; set viscoelastic = true (--viscoelastic) or "
+                "leave them out"
             )
         return self
 

@@ -17,6 +17,7 @@ from tubefoot.report.seam import draw_seam
 from tubefoot.report.section import draw_section
 from tubefoot.report.solids import VON_MISES, draw_panels
 from tubefoot.report.surface import Surface, read_surface
+from tubefoot.report.time_course import draw_time_courses
 
 Say = Callable[[str], None]
 
@@ -61,6 +62,8 @@ def draw_pictures(runs: Sequence[RunRecord], directory: Path, say: Say = print) 
         if (seam := draw_seam(halves, directory)) is not None:
             gallery.pictures.append(seam)
     gallery.pictures += draw_curves(solves, directory, say)
+    if (course := draw_time_courses(solves, directory)) is not None:
+        gallery.pictures.append(course)
     gallery.pictures += shapes[1:]
     if (regions := draw_regions(solves, directory)) is not None:
         gallery.pictures.append(regions)
