@@ -13,13 +13,13 @@ from tubefoot.fea.obstacle import Box, Obstacle, Plane, Sphere
 
 
 def patch(kind, height, upward, first):
-    """Two by two facets in the plane z = height, normals up or down: points and nodes from number `first` on."""
+    """Two by two facets in the plane z = height, normals up or down; node numbers begin at `first`."""
     reference = element_kind(kind).nodes
     if kind == "triangle6":
         corners = [np.array([[0, 0], [1, 0], [0, 1.0]]), np.array([[1, 1], [0, 1], [1, 0.0]])]
         cells = [c[0] + reference @ (c[1:] - c[0]) + [i, j] for i in (0, 1) for j in (0, 1) for c in corners]
     else:
-        cells = [(reference + [2 * i, 2 * j]) for i in (0, 1) for j in (0, 1)]
+        cells = [reference + np.array([2.0 * i, 2.0 * j]) for i in (0, 1) for j in (0, 1)]
     flat = np.vstack(cells)
     if not upward:
         flat = flat[:, ::-1] + [0.13, 0.21]

@@ -300,7 +300,9 @@ class SelfContact:
         """
 
     def smallest_gap(self, state: State, within: float) -> tuple[float, str]:
-        """The smallest gap [mm], negative for a penetration, and between which walls; infinite beyond `within`.
+        """The smallest gap [mm], negative for a penetration, and between which walls.
+
+        Infinite where none is smaller than `within`.
 
         state : where to look; within : largest gap looked for [mm]
         """

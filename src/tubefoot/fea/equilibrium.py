@@ -1,8 +1,8 @@
 """Equilibrium of a model at one point of its path, by Newton's method.
 
-The tangent is assembled and factorised where the last factors no longer bring the residual down fast (chord
-iterations in between cost a residual and a substitution); cavity pressures and the path parameter follow from a small
-dense system (bordering): with K du = -r + sum_i b_i dp_i and b_i = dV_i/du,
+The tangent is assembled and factorised where the last factors no longer bring the residual down fast; chord
+iterations in between cost a residual and a substitution. Cavity pressures and the path parameter follow from
+a small dense system (bordering): with K du = -r + sum_i b_i dp_i and b_i = dV_i/du,
 
     g_i + b_i . du + g_i,p dp_i - rate_i ds = 0   for each cavity,      c + c_u . du + c_p dp + c_s ds = 0.
 """

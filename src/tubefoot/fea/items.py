@@ -58,7 +58,8 @@ class Sink(Protocol):
         """Add element matrices (n, m, m) and residuals (n, m) of the elements from number `first` on.
 
         item : the item they belong to; first : number of the first element
-        matrices : derivatives of the residuals [N/mm], ignored when not `stiff`; residuals : derivatives of the energy [N]
+        matrices : derivatives of the residuals [N/mm], ignored when not `stiff`
+        residuals : derivatives of the energy [N]
         """
 
 

@@ -1,7 +1,7 @@
 """Contact of a wall with rigid bodies: planes, spheres, boxes with rounded edges; forces and moments on them.
 
-Every quadrature point of the wall carries, per undeformed area, the barrier energy w(g) of `contact`, with g its
-distance to the body's surface. The body is moved between steps by replacing `shape`.
+Every quadrature point of the wall carries, per undeformed area, the barrier energy w(g) of `contact`, with g
+its distance to the body's surface. The body is moved between steps by replacing `shape`.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 The path is stepped in its parameter (for the pump: the pumped volume), so that it passes maxima of pressure.
 Each step starts from a polynomial through the last states, of the degree that would have foretold the last
-one best: high where the path is smooth, a line behind a kink such as a beginning contact. A limit, the goal among them, that the predictor
-sees coming is landed on exactly.
+one best: high where the path is smooth, a line behind a kink such as a beginning contact. A limit, the goal
+among them, that the predictor sees coming is landed on exactly.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Which facet lies opposite a point of a wall, and how far: closest points on curved facets (compiled).
 
-A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. The closest point
-to x solves (x - X) . X_,s = (x - X) . X_,t = 0; there the gap is g = n . (x - X), n the unit normal out of the
-solid that the facet bounds, negative where x has entered it.
+A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. The closest
+point to x solves (x - X) . X_,s = (x - X) . X_,t = 0; there the gap is g = n . (x - X), n the unit normal out
+of the solid that the facet bounds, negative where x has entered it.
 """
 
 from __future__ import annotations
@@ -146,7 +146,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
     order : facets sorted by centre along `axis`
     triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
-    facet : (n_samples,) in, the partners so far, and out, -1 for none; places : (n_samples, 2) out; gaps : (n_samples,) out
+    facet : (n_samples,) in, the partners so far, and out, -1 for none
+    places : (n_samples, 2) out; gaps : (n_samples,) out
     others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 only
         the nearest facet is looked for
     """
