@@ -5,6 +5,7 @@ import pytest
 
 from tubefoot.records import write_table
 from tubefoot.study.claims import (
+    judge_filter,
     judge_inverse_pressures,
     judge_length,
     judge_linearity,
@@ -91,3 +92,14 @@ def test_reversal(tmp_path):
     rows[4]["bend_deg"] = -10.001
     write_table(tmp_path / "c" / "curve.csv", rows)
     assert judge_reversal(forward, Curve(tmp_path / "c")).verdict == "refuted"
+
+
+def test_filter(tmp_path):
+    coupled = made_curve(tmp_path / "coupled")
+    claim = judge_filter(made_curve(tmp_path / "near", gain=0.51, left=-1.34), coupled)
+    assert claim.verdict == "holds"
+    assert claim.numbers["accepted_states"] == 8
+    assert claim.numbers["largest_difference_bend_deg_percent"] == pytest.approx(2.0)
+    assert claim.numbers["largest_difference_pressure_left_kpa"] == pytest.approx(0.04 * 40)
+    assert judge_filter(made_curve(tmp_path / "far", gain=0.51, left=-1.4), coupled).verdict == "mixed"
+    assert judge_filter(made_curve(tmp_path / "off", gain=0.6, left=-1.4), coupled).verdict == "refuted"

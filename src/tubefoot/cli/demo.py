@@ -88,6 +88,7 @@ def cases(quick: bool) -> list[Case]:
     table: dict[str, Any] = {"fields": "last", **(QUICK if quick else {})}
     forward = SolveSettings(**table)
     backward = SolveSettings(**table, until="pressure_left_kpa")
+    grid = SolveSettings(**{**table, "states": 4, "fields": "none"}, cavities="filtered")
     fingers = {n: FingerDesign(name=f"reference-{n}", bellows=Bellows(units=n)) for n in (3, 6)}
     pitches = [
         FingerDesign(name=f"pitch-{pitch.replace('/', '-')}", bellows=Bellows(units=3, fold_run_mm=run))
@@ -97,6 +98,7 @@ def cases(quick: bool) -> list[Case]:
         Case("reference-3", fingers[3], forward),
         Case("reference-6", fingers[6], forward),
         Case("reference-3-reversed", fingers[3], backward),
+        Case("reference-3-filtered", fingers[3], grid),
         *(Case(finger.name, finger, forward) for finger in pitches),
     ]
 
@@ -118,6 +120,7 @@ def judge(root: Path) -> list[Claim]:
         claims.judge_length(three, six),
         claims.judge_inverse_pressures(both),
         claims.judge_linearity(both),
+        claims.judge_filter(Curve(root / "reference-3-filtered"), three),
         stress_claims.judge_components(three),
         claims.judge_reversal(three, Curve(root / "reference-3-reversed")),
     ]

@@ -75,7 +75,8 @@ def solve(
         Whether tubes and bores are part of the solid; with tetrahedra.
     cavities
         coupled (one pump moves fluid from the left to the right chamber), volume or pressure
-        (both chambers prescribed, the left one's by --left-over-right).
+        (both chambers prescribed, the left one's by --left-over-right), or filtered (a grid of pressures,
+        kept where the volume changes are opposite within 3 %).
     left_over_right
         Left chamber's volume change or pressure over the right one's.
     air_right_ml

@@ -69,9 +69,10 @@ class SolveSettings(Settings):
     """Whether tubes, bores and their plugs are part of the solid; needs tetrahedra."""
     pressure_space: PressureSpace = "continuous"
     """Pressure space that goes with the cells; on tetrahedra only the continuous one does not lock."""
-    cavities: Literal["coupled", "volume", "pressure"] = "coupled"
+    cavities: Literal["coupled", "volume", "pressure", "filtered"] = "coupled"
     """coupled: what is pumped into the right chamber comes out of the left one; volume, pressure: both
-    chambers' volume changes or pressures are prescribed, the left one's as `left_over_right` of the right."""
+    chambers' volume changes or pressures are prescribed, the left one's as `left_over_right` of the right;
+    filtered: a grid of pressures, of which those states are kept whose volume changes a pump could make."""
     left_over_right: Annotated[float, Field(ge=-10.0, le=10.0)] = 0.0
     air_right_ml: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
     """Trapped-air column of the right pressure branch at zero gauge."""
@@ -110,6 +111,12 @@ class SolveSettings(Settings):
             raise ValueError(
                 "rigid_parts = modelled is for the swept hexahedra; "
                 "tetrahedra have their tubes by ports = true"
+            )
+        if self.cavities == "filtered" and (
+            self.until != "pressure_right_kpa" or self.air_right_ml or self.air_left_ml or self.viscoelastic
+        ):
+            raise ValueError(
+                "cavities = filtered goes to a pressure_right_kpa, without trapped air and not in time"
             )
         if self.until.startswith("pressure") and self.target * KPA <= -ATMOSPHERE_MPA:
             raise ValueError(
@@ -272,7 +279,7 @@ def goal_control(settings: SolveSettings, tip: SectionRotation) -> Control:
     if name.startswith("volume_change"):
         return Control("volume_change", HALF * target * ML, cavity)
     if name == "pumped_volume_ml":
-        if settings.cavities == "pressure":
+        if settings.cavities in ("pressure", "filtered"):
             raise ConfigError(
                 "until pumped_volume_ml needs a drive by volume; use --cavities coupled or volume"
             )
@@ -283,7 +290,7 @@ def goal_control(settings: SolveSettings, tip: SectionRotation) -> Control:
 def _drive(settings: SolveSettings) -> Drive:
     if settings.cavities == "coupled":
         return Drive.pump()
-    kind = settings.cavities
+    kind: Literal["volume", "pressure"] = "volume" if settings.cavities == "volume" else "pressure"
     return Drive((kind, kind), (1.0, settings.left_over_right))
 
 

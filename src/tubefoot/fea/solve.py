@@ -18,6 +18,7 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConvergenceError
 from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.fields import write_fields, write_index
+from tubefoot.fea.filtered import PressureGrid
 from tubefoot.fea.finger_model import HALF, FingerModel, SolveSettings, build_finger, largest_stretch
 from tubefoot.fea.hotspots import hotspot_rows
 from tubefoot.fea.ledger import Ledger, Row
@@ -113,7 +114,9 @@ def solve_design(
     known = [ledger.load(k, finger.model.n_unknowns) for k in range(len(ledger.curve))]
     failure: ConvergenceError | None = None
     try:
-        if finger.memory is None:
+        if settings.cavities == "filtered":
+            path = _filtered(finger, run, recorder, known)
+        elif finger.memory is None:
             path = follow(finger.model, finger.goal, finger.limits, stepping, recorder, known)
         else:
             timeline = Timeline(finger.model, finger.memory, finger.limits, recorder)
@@ -127,6 +130,21 @@ def solve_design(
     if failure is not None:
         raise failure
     return SolveResult(run.directory, ledger.curve, ledger.regions, summary)
+
+
+def _filtered(finger: FingerModel, run: Run, recorder: _Recorder, known: list[Step]) -> SolvedPath:
+    """The accepted states of a pressure grid, recorded from where an interrupted run was."""
+    grid = PressureGrid(finger.model, finger.goal, run, finger.settings.states)
+    accepted = grid.solve(
+        lambda tried, kept: print(f"  {tried} pressure states, {kept} accepted", flush=True)
+    )
+    path = SolvedPath([], f"{len(accepted)} of {len(grid.found)} pressure states accepted", [], grid.failures)
+    rest = Step(finger.model.rest(), 0, 0.0, 1.0, finger.model.rest_volumes.copy())
+    for number, step in enumerate([rest, *(state.step for state in accepted)]):
+        path.steps.append(step)
+        if number >= len(known):
+            recorder(step, 0.0)
+    return path
 
 
 def _timed(known: list[Step], curve: list[Row]) -> list[TimedStep]:
@@ -193,7 +211,7 @@ class _Recorder:
         pumped = step.state.parameter / HALF / ML
         return {
             "step": number,
-            "pumped_volume_ml": change[0] if finger.settings.cavities == "pressure" else pumped,
+            "pumped_volume_ml": change[0] if finger.settings.cavities in ("pressure", "filtered") else pumped,
             "pressure_right_kpa": step.state.pressures[0] / KPA,
             "pressure_left_kpa": step.state.pressures[1] / KPA,
             "volume_change_right_ml": change[0],

@@ -169,3 +169,35 @@ def judge_reversal(forward: Curve, backward: Curve) -> Claim:
         numbers,
         "volume-angle",
     )
+
+
+FILTER_TOLERANCE = 0.05
+    """C7: states of a pressure grid, filtered by their volume changes, against the coupled path.
+
+
+def judge_filter(filtered: Curve, coupled: Curve) -> Claim:
+    """C7: states of a pressure grid, filtered by their volume changes, against the directly coupled path.
+
+    filtered : accepted states of a grid; coupled : the same finger and mesh, pumped
+    """
+    right = filtered.column("pressure_right_kpa")
+    at = right[(right > 0) & (right <= coupled.column("pressure_right_kpa").max() + 1e-6)]
+    numbers: dict[str, float] = {"accepted_states": float(len(at))}
+    near = []
+    for name in ("bend_deg", "pressure_left_kpa"):
+        path = np.interp(at, coupled.column("pressure_right_kpa"), coupled.column(name))
+        found = filtered.column(name)[np.isin(right, at)]
+        share = np.abs(found / path - 1.0)
+        numbers[f"largest_difference_{name}"] = float(np.abs(found - path).max(initial=0.0))
+        numbers[f"largest_difference_{name}_percent"] = float(100.0 * share.max(initial=0.0))
+        near.append(bool((share <= FILTER_TOLERANCE).all()))
+    return Claim(
+        "C7",
+        "Independent pressure-driven states, filtered by opposite-signed volume changes with < 3 % "
+        "mismatch, approximate the cyclic loop",
+        f"at the same P_right every accepted state lies within {FILTER_TOLERANCE:.0%} of the coupled path in "
+        "angle and in P_left",
+        verdict_of(near) if len(at) else "not computed",
+        numbers,
+        "pressure-pressure",
+    )
