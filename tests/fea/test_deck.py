@@ -30,7 +30,7 @@ LOAD = DeckLoad((3 * KPA, -2 * KPA), first_increment=0.5)
 
 
 def swept(element):
-    """A coarse finger; tetrahedra with straight edges, where CalculiX' four points are as good as our eight."""
+    """A coarse finger; tetrahedra with straight edges, where four points, as there, do for eight."""
     mesh = recast(finger_mesh(DESIGN.profile, 3.5), KINDS[element])
     if element == "C3D10":
         cells, points = mesh.blocks[0].nodes, mesh.points.copy()
@@ -141,6 +141,7 @@ def test_calculix_bends_the_finger_as_the_same_element_does_here(element, tmp_pa
     assert theirs == pytest.approx(angle, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_calculix_takes_a_finger_of_tetrahedra_with_rigid_tubes(tmp_path):
     mesh = finger_tetrahedra(DESIGN, 4.0, ports=True)
     displacements = ccx_bend(mesh, "C3D10", LOAD, tmp_path)
