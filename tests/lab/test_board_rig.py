@@ -68,7 +68,8 @@ def test_a_pulled_cable_stops_the_pump_and_the_rig_connects_again(board):
     assert refusal.value.code == Fault.SILENCE
     rig.clear_faults()
     volume = rig.read().pumped_volume
-    assert volume == pytest.approx(0.72 * 1.5e3 * (0.5 - 0.15) / 0.85, rel=0.1)  # what ran unheard counts too
+    # What ran unheard counts too: 0.3 s, and 0.4 s of silence since the last ping, at most 0.1 s before.
+    assert 0.59 < volume / (1.5e3 * (0.5 - 0.15) / 0.85) < 0.73
     rig.pulse(-1, 0.5, 0.1)
     rig.wait(0.2)
     assert rig.last_pulse.reason == EndReason.COMPLETED
@@ -178,7 +179,7 @@ def test_over_pressure_ends_the_pulse_and_names_the_remedy(board):
     rig.wait(1.0)
     assert rig.last_pulse.reason == EndReason.FAULT
     assert rig.faults == Fault.OVER_PRESSURE
-    assert rig.read().gauge_pressures[0] < 7e-3
+    assert rig.read().gauge_pressures[0] < 12e-3  # the motor coasts for 50 ms
     with pytest.raises(SafetyStop, match="pump the other way"):
         rig.pulse(1, 1.0, 0.1)
     rig.pulse(-1, 1.0, 0.3)

@@ -57,9 +57,9 @@ def open_bench(
     """A connected bench; on leaving, the pump is stopped and the recording closed.
 
     settings : of the rig
-    sim : the simulated board instead of the port
+    sim : the nominal virtual bench with the real firmware, instead of the port
     recording : file to record into
-    seed : of the simulated sensors' noise
+    seed : of what is random on the virtual bench
     real_time : let the simulated bench run at the pace of the wall clock
     """
     from contextlib import ExitStack
@@ -73,14 +73,12 @@ def open_bench(
         operator: Operator = Person()
         port: Port
         if sim:
-            from tubefoot.twin.bench_plant import BenchPlant
-            from tubefoot.twin.board import LockstepPort, SimulatedBoard
+            from tubefoot.twin.bench import VirtualBench
             from tubefoot.twin.simulated_operator import SimulatedOperator
 
-            plant = BenchPlant(seed=seed)
-            board = stack.enter_context(SimulatedBoard(plant))
-            port = LockstepPort(board, real_time=real_time)
-            operator = SimulatedOperator(plant)
+            virtual = stack.enter_context(VirtualBench(seed=seed, rig_settings=settings, real_time=real_time))
+            port = virtual.port
+            operator = SimulatedOperator(virtual.plant)
         else:
             port = SerialPort(settings.board.port)
         recorder = None

@@ -20,11 +20,11 @@ Port = Annotated[
     str | None, Parameter(help="serial port, e.g. /dev/ttyACM0; that of the rig file if not given")
 ]
 Sim = Annotated[
-    bool, Parameter(help="the real firmware on a simulated board, instead of a port", negative="")
+    bool, Parameter(help="the virtual bench with the real firmware, instead of a port", negative="")
 ]
 RigFile = Annotated[Path | None, Parameter(name="--rig", help="rig file (TOML); defaults if not given")]
 Out = Annotated[Path, Parameter(help="directory for the results")]
-Seed = Annotated[int, Parameter(help="seed of the simulated sensors' noise")]
+Seed = Annotated[int, Parameter(help="seed of the virtual bench's noise")]
 
 
 @rig_app.command

@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 import zlib
 from dataclasses import dataclass
+from functools import cache
 
 from tubefoot.errors import ConfigError
 from tubefoot.lab.messages import FRAME_BYTES_MAX, MESSAGES, Message
@@ -59,6 +60,8 @@ class FrameDecoder:
         data : bytes as they came, cut anywhere
         """
         self._pending += data
+        if 0 not in data and len(self._pending) <= FRAME_BYTES_MAX:
+            return []
         *pieces, self._pending = self._pending.split(b"\0")
         if len(self._pending) > FRAME_BYTES_MAX:  # noise without a delimiter
             self._pending.clear()
@@ -91,13 +94,20 @@ def _decode(stuffed: bytes) -> Frame | None:
 
 def _from_numbers(kind: type[Message], numbers: tuple[int, ...]) -> Message:
     """The message whose fields these numbers fill, in the order of the table."""
-    values: dict[str, int | tuple[int, ...]] = {}
+    places = _places(kind)  # type: ignore[arg-type]
+    return kind(*[numbers[at] if end is None else numbers[at:end] for at, end in places])
+
+
+@cache
+def _places(kind: type[Message]) -> tuple[tuple[int, int | None], ...]:
+    """Where each field's number, or the start and end of its array, stands among the unpacked numbers."""
+    places: list[tuple[int, int | None]] = []
     at = 0
     for name in kind.RANGES:
         count = kind.ARRAYS.get(name)
-        values[name] = numbers[at] if count is None else numbers[at : at + count]
+        places.append((at, None if count is None else at + count))
         at += count or 1
-    return kind(**values)
+    return tuple(places)
 
 
 def _field_values(message: Message) -> list[tuple[str, int | tuple[int, ...]]]:
@@ -111,13 +121,8 @@ def _stuff(data: bytes) -> bytes:
 
 def _unstuff(data: bytes) -> bytes | None:
     """The data before stuffing, None when a distance points past the end."""
-    out, at = bytearray(), 0
+    out, at = bytearray(data), 0
     while at < len(data):
-        code = data[at]
-        if at + code > len(data):
-            return None
-        out += data[at + 1 : at + code]
-        at += code
-        if at < len(data):
-            out.append(0)
-    return bytes(out)
+        distance, out[at] = out[at], 0
+        at += distance
+    return bytes(out[1:]) if at == len(data) else None

@@ -85,6 +85,7 @@ class BenchPlant:
         self.overrides: dict[int, float] = {}
         self._vented = False
         self._climate_due = 0.0
+        self._turning = False
         self._waiting = self._next_step = 0.0
 
     def vent(self) -> None:
@@ -134,8 +135,12 @@ class BenchPlant:
         if self.time >= self._climate_due:
             self._climate_due = self.time + CLIMATE_S
             self._warm()
-        self.rail.step(duration, drive.duty if drive.direction else 0.0)
-        flow = self.pump.step(duration, drive.direction, drive.duty)
+        if drive.direction or self._turning:
+            self.rail.step(duration, drive.duty if drive.direction else 0.0)
+            flow = self.pump.step(duration, drive.direction, drive.duty)
+            self._turning = bool(drive.direction) or flow != 0.0
+        else:
+            flow = 0.0
         if self._vented:
             self.dispensed += flow * duration
         self._waiting += duration

@@ -38,6 +38,7 @@ class SimulatedBoard:
     plant : what the pins are wired to
     drive : what the pump got in the last step
     reset_due : whether the reset button is pressed before the next step
+    time : virtual time since power-up [s]
     to_host, to_board : filters on the bytes in either direction, for fault injection
     """
 
@@ -53,6 +54,7 @@ class SimulatedBoard:
         self.drive = STANDING
         self.to_host: Callable[[bytes], bytes] = lambda data: data
         self.to_board: Callable[[bytes], bytes] = lambda data: data
+        self.time = 0.0
         self._cycle = self._steps = 0
         self._outgoing = b""
         self.reset_due = False
@@ -68,11 +70,6 @@ class SimulatedBoard:
         traceback: TracebackType | None,
     ) -> None:
         self.close()
-
-    @property
-    def time(self) -> float:
-        """Virtual time since power-up [s]."""
-        return self._steps * self.step_s
 
     @property
     def pump_on(self) -> bool:
@@ -94,26 +91,32 @@ class SimulatedBoard:
         if self.reset_due:
             operation, self.reset_due = Operation.RESET, False
         out, _ = self._exchange(operation)
-        self._steps += 1
+        self._pass_step()
         self.plant.step(self.step_s, self.drive)
-        return self.to_host(out)
+        return self.to_host(out) if out else out
 
     def untouched_ram(self) -> int:
         """Bytes between variables and stack that were never written since `Operation.PAINT_RAM`."""
         _, count = self._exchange(Operation.MEASURE_RAM)
-        self._steps += 1
+        self._pass_step()
         return count
 
     def close(self) -> None:
         """Switch the board off."""
         self._processor.close()
 
+    def _pass_step(self) -> None:
+        self._steps += 1
+        self.time = self._steps * self.step_s
+
     def _exchange(self, operation: Operation) -> tuple[bytes, int]:
         """Run the processor to the end of the next step; what it sent, and the answer's count."""
         target = round((self._steps + 1) * self.step_s * CYCLES_PER_S)
         cycles = max(1, target - self._cycle)  # steps end within one instruction of a fixed grid
         volts = self.plant.sensor_volts()
-        outgoing, self._outgoing = self._outgoing[:BYTES_AT_ONCE], self._outgoing[BYTES_AT_ONCE:]
+        outgoing = self._outgoing
+        if outgoing:
+            outgoing, self._outgoing = outgoing[:BYTES_AT_ONCE], outgoing[BYTES_AT_ONCE:]
         request = REQUEST.pack(
             cycles,
             int(1e3 * volts[0] + 0.5),
@@ -183,21 +186,24 @@ class LockstepPort:
         self._demand_line()
         deadline = self.board.time + timeout - 1e-9
         while timeout > 0 and not self._inbox:
-            self.advance()
+            come = self.advance()
+            while _frame_open(come) and self.board.time < deadline:
+                come = self.advance()
             if self.board.time >= deadline:
                 break
         data = b"".join(self._inbox)
         self._inbox.clear()
         return Received(self.board.time, data)
 
-    def advance(self) -> None:
-        """Let one step pass and keep what comes."""
+    def advance(self) -> bytes:
+        """What the board sent in one step, which is kept for `read` while the line is open."""
         out = self.board.step()
         if self._ahead_of is not None:
             time.sleep(max(0.0, self.board.time - (time.monotonic() - self._ahead_of)))
         if out and self._open and not self.unplugged:
             self._inbox.append(out)
         self.on_step(self.board.time)
+        return out
 
     def press_reset(self) -> None:
         """Press the board's reset button."""
@@ -215,6 +221,11 @@ class LockstepPort:
     def _demand_line(self) -> None:
         if not self._open or self.unplugged:
             raise LinkError(f"{self.name}: the line is {'unplugged' if self.unplugged else 'closed'}")
+
+
+def _frame_open(come: bytes) -> bool:
+    """Whether the last bytes lead up to a frame's end that is still to come."""
+    return bool(come) and come.find(0, 1) < 0
 
 
 class LockstepClock:
