@@ -172,7 +172,7 @@ def judge_reversal(forward: Curve, backward: Curve) -> Claim:
 
 
 FILTER_TOLERANCE = 0.05
-    """C7: states of a pressure grid, filtered by their volume changes, against the coupled path.
+"""Largest deviation from the coupled path, over its value, at which the filter still approximates it."""
 
 
 def judge_filter(filtered: Curve, coupled: Curve) -> Claim:
