@@ -63,7 +63,7 @@ class ReducedFinger:
     inner, base, tip : law of a unit, what the ends add; valid : where the laws hold, unscaled
     half_width, height : middle line to the outside of a crest; size across the bending plane [mm]
     unit_mass, cap_mass : of wall and fluid of a unit, of a cap [t]
-    shear_compliance : shift of a unit's upper end by shear force, unscaled, for the finger's shape only [mm/N]
+    shear_compliance : shift of a unit's upper end by shear force, unscaled, for its shape only [mm/N]
     scale : stiffness of the wall over the identified one
     """
 

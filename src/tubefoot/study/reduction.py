@@ -34,7 +34,9 @@ from tubefoot.reduced.files import (
     write_reduced,
 )
 from tubefoot.study.reduction_fit import (
+    INNER_CHOICES,
     StateError,
+    Terms,
     fit_laws,
     fit_shear,
     identified_range,
@@ -53,6 +55,8 @@ from tubefoot.study.reduction_states import (
 )
 from tubefoot.units import DEG, GRAM_PER_CM3, KPA, ML
 
+LEAST_SOFTNESS = 0.05
+"""Stiffness and compliance that a law must keep anywhere in its range, over those at rest."""
 WATER = 1.0 * GRAM_PER_CM3
 """Density of the fluid [t/mm^3]."""
 
@@ -139,16 +143,10 @@ def reduce_design(
     ]
     states = [state for sampling in samplings for state in sampling.states]
     used = [state for state in states if not state.check]
-    content = _content(design, settings, used)
+    content, (stiffness, compliance) = _stable_content(design, settings, used)
     finger = content.to_finger()
     errors = [state_error(finger.with_units(len(state.found.angles)), state) for state in states]
     held_out = [error for error in errors if error.state.check]
-    stiffness, compliance = softest(finger)
-    if min(stiffness, compliance) <= 0.0:
-        raise ConvergenceError(
-            f"the law found is not stable over its range (smallest stiffness {stiffness:.2f}, compliance "
-            f"{compliance:.2f} of rest); lower --pressure-kpa"
-        )
     judged = summarise(held_out) if held_out else {}
     content = content.model_copy(update={"errors": judged})
     path = write_reduced(run.path("reduced.toml"), content)
@@ -202,9 +200,26 @@ def _sampled(
     return Sampler(short, settings.element_size_mm, store, progress).run(plan, settings.pressure_kpa * KPA)
 
 
-def _content(design: FingerDesign, settings: ReduceSettings, used: Sequence[SolvedState]) -> ReducedFile:
+def _stable_content(
+    design: FingerDesign, settings: ReduceSettings, used: Sequence[SolvedState]
+) -> tuple[ReducedFile, tuple[float, float]]:
+    """The content with the richest law that is stable over its range, and what `softest` says of it."""
+    for terms in INNER_CHOICES:
+        content = _content(design, settings, used, terms)
+        found = softest(content.to_finger())
+        if min(found) > LEAST_SOFTNESS:
+            return content, found
+    raise ConvergenceError(
+        f"no law is stable over the range of the states (smallest stiffness {found[0]:.2f}, compliance "
+        f"{found[1]:.2f} of rest); lower --pressure-kpa"
+    )
+
+
+def _content(
+    design: FingerDesign, settings: ReduceSettings, used: Sequence[SolvedState], terms: Terms
+) -> ReducedFile:
     """The file's content, its errors still to be judged."""
-    inner, base, tip = (LawTable.of(law) for law in fit_laws(used))
+    inner, base, tip = (LawTable.of(law) for law in fit_laws(used, terms))
     valid = identified_range(used)
     profile = design.profile
     wall = (

@@ -23,8 +23,10 @@ from tubefoot.units import DEG, KPA, ML
 
 FloatArray = NDArray[np.float64]
 
-INNER_TERMS = admissible_terms(6, 4)
-"""Of a unit's energy: sixth degree, of which the angle has the fourth at most."""
+Terms = tuple[tuple[int, int, int], ...]
+
+INNER_CHOICES = (admissible_terms(6, 4), admissible_terms(5, 4), admissible_terms(4, 4))
+"""Terms of a unit's energy, the richest first; the first that is stable over its range is taken."""
 END_TERMS = admissible_terms(4, 4)
 """Of what an end adds."""
 
@@ -34,20 +36,22 @@ RIDGE = 1e-3
 """Weight of a coefficient's size, over the energy error that weighs the same."""
 
 
-def fit_laws(states: Sequence[SolvedState]) -> tuple[UnitLaw, UnitLaw, UnitLaw]:
+def fit_laws(
+    states: Sequence[SolvedState], inner_terms: Terms = INNER_CHOICES[0]
+) -> tuple[UnitLaw, UnitLaw, UnitLaw]:
     """The laws of a unit, and of what base and tip add.
 
-    states : of fingers of any lengths
+    states : of fingers of at least two lengths; inner_terms : of a unit's energy
 
     Raises ConvergenceError when there are too few states.
     """
-    sizes = [len(INNER_TERMS), len(END_TERMS), len(END_TERMS)]
+    sizes = [len(inner_terms), len(END_TERMS), len(END_TERMS)]
     scales = (
         MOMENT_SHARE * max(float(np.abs(state.found.moments).max()) for state in states),
         VOLUME_SHARE * max(float(np.abs(state.found.volumes).max()) for state in states),
         ENERGY_SHARE * max(state.found.energy for state in states),
     )
-    blocks = [_equations(state, scales) for state in states]
+    blocks = [_equations(state, scales, inner_terms) for state in states]
     matrix = np.vstack([rows for rows, _ in blocks])
     wanted = np.concatenate([values for _, values in blocks])
     if len(wanted) < sum(sizes):
@@ -59,20 +63,22 @@ def fit_laws(states: Sequence[SolvedState]) -> tuple[UnitLaw, UnitLaw, UnitLaw]:
     found = np.linalg.lstsq(np.vstack([matrix, ridge]), np.r_[wanted, np.zeros(sum(sizes))], rcond=None)[0]
     inner, base, tip = np.split(found, np.cumsum(sizes)[:-1])
     return (
-        UnitLaw(INNER_TERMS, tuple(inner.tolist())),
+        UnitLaw(inner_terms, tuple(inner.tolist())),
         UnitLaw(END_TERMS, tuple(base.tolist())),
         UnitLaw(END_TERMS, tuple(tip.tolist())),
     )
 
 
-def _equations(state: SolvedState, scales: tuple[float, float, float]) -> tuple[FloatArray, FloatArray]:
+def _equations(
+    state: SolvedState, scales: tuple[float, float, float], inner_terms: Terms
+) -> tuple[FloatArray, FloatArray]:
     """Rows and right sides of one state: its moments, volumes, energy, each over its scale."""
     found = state.found
-    n, n_inner, n_end = len(found.angles), len(INNER_TERMS), len(END_TERMS)
+    n, n_inner, n_end = len(found.angles), len(inner_terms), len(END_TERMS)
     moments = np.zeros((n, n_inner + 2 * n_end))
     volumes, energy = np.zeros((2, n_inner + 2 * n_end)), np.zeros(n_inner + 2 * n_end)
     for unit in range(n):
-        parts = [(0, INNER_TERMS)]
+        parts = [(0, inner_terms)]
         parts += [(n_inner, END_TERMS)] if unit == 0 else []
         parts += [(n_inner + n_end, END_TERMS)] if unit == n - 1 else []
         for first, terms in parts:

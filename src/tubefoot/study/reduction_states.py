@@ -151,7 +151,7 @@ class StateStore:
         marker = directory / "key.json"
         if marker.exists() and json.loads(marker.read_text())["key"] != self.key:
             raise ConfigError(
-                f"{directory.parent} holds the states of another design or of other settings; "
+                f"{directory} holds the states of another design or of other settings; "
                 "choose another --out, or add --overwrite"
             )
         write_json(marker, {"key": self.key})

@@ -9,8 +9,8 @@ times the angular frequency.
 
 The scene is in SI units (m, kg, s), as MuJoCo's contact defaults expect; in and out of it go mm, N, MPa, rad.
 Frame: x to the right, y into the picture, z up along the straight finger from the middle of the base's outer
-face. A hinge about -y bends towards -x. Shear moves the links sideways (`place_links`): it changes the shape, not
-the law. Units keep their length; docs/verification.md says what that costs.
+face. A hinge about -y bends towards -x. Shear moves the links sideways (`place_links`): it changes the
+shape, not the law. Units keep their length; docs/verification.md says what that costs.
 """
 
 from __future__ import annotations
