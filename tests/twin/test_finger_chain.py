@@ -26,15 +26,16 @@ def settled(simulated, right=0.0, left=0.0, seconds=2.0):
 
 @pytest.mark.parametrize("scale", [1.0, 0.6])
 def test_compiled_wall_is_the_wall_of_the_reduced_finger(scale):
-    """Random steps, some beyond the identified range: the same volumes, moments, stiffness, step by step."""
+    """Random steps, some with pressures, then some with angles beyond the range: the same answers each."""
     finger, prony = reference_finger().with_scale(scale), reference_file().to_prony()
     plain, compiled = RelaxingFinger(finger, prony), CompiledWall(finger, prony)
     rng = np.random.default_rng(2)
     moments, stiffness = np.zeros(12), np.zeros(12)
     angles = np.zeros(12)
-    for step in range(40):
+    for step in range(45):
         duration = (1e-3, 0.02)[step % 2]
-        right, left = rng.uniform(-0.3, 0.3, 2) if step > 20 else rng.uniform(-0.04, 0.04, 2)
+        pressed, turned = ((0.04, 0.2), (3.0, 0.2), (0.04, 0.3))[step // 15]
+        right, left = rng.uniform(-pressed, pressed, 2)
         compiled.prepare(angles, duration)
         answered = plain.respond(angles, np.array([right, left]), duration)
         volumes = compiled.volumes(right, left)
@@ -43,7 +44,7 @@ def test_compiled_wall_is_the_wall_of_the_reduced_finger(scale):
         found = plain.commit(angles, np.array([right, left]), duration)
         assert moments == pytest.approx(found.moments, rel=1e-9, abs=1e-9)
         assert stiffness == pytest.approx(found.stiffness, rel=1e-9)
-        angles = rng.uniform(-0.2, 0.2, 12)
+        angles = rng.uniform(-turned, turned, 12)
 
 
 def test_compiled_derivatives_are_central_differences():

@@ -2,7 +2,9 @@
 
 The same law as `tubefoot.reduced` (chain, scale, relaxation), which stays free of Numba for bench laptops;
 a test holds the two against each other. Between two steps the angles do not change: their sums over the
-units are made once, and each question for volumes is then one polynomial in the two pressures.
+units are made once, and each question for volumes is then one polynomial in the two pressures. Where
+angle and pressure both are beyond the identified range, the two continue the energy differently in third
+order.
 """
 
 from __future__ import annotations
