@@ -138,6 +138,19 @@ def test_facets_point_out_of_the_solid_whatever_the_file_says(kind):
     assert cell_volumes(mesh)[upper].sum() == pytest.approx(500.0)
 
 
+def test_the_smallest_cell_set_that_holds_a_cell_is_its_region():
+    """Programs that write every cell into a set of all cells do not hide the others."""
+    found = box_file("tetra10")
+    upper = found.cell_sets["upper"]
+    found.cell_sets = {"tiny": upper & (np.arange(len(upper)) == upper.argmax()), "upper": upper}
+    found.cell_sets["a"] = np.ones(len(upper), dtype=bool)
+    mesh = named_mesh(found, {})
+    region = np.array(mesh.regions)[mesh.blocks[0].region]
+    assert sorted(mesh.regions) == ["a", "tiny", "upper"]
+    assert (region == "tiny").sum() == 1
+    assert (region == "a").tolist() == (~upper).tolist()
+
+
 @pytest.mark.parametrize(("linear", "quadratic"), [("tetra4", "tetra10"), ("hexahedron8", "hexahedron27")])
 def test_linear_cells_are_raised_on_request_only(linear, quadratic):
     fine = mapped_box(quadratic, (2, 1, 1), lambda points: 10 * points)

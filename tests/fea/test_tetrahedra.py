@@ -110,26 +110,39 @@ def test_a_mid_node_that_folds_its_cell_is_moved_towards_the_straight_edge():
     assert 0 < share[0] < 1, "as much of the curve is kept as can be"
 
 
-def test_a_step_file_of_a_hollow_box_is_solved_by_its_face_names(tmp_path):
-    hollow = cad.cut(cad.box((-4, 4), (0, 4), (0, 20)), [cad.box((-2, 3), (-1, 2.5), (2, 18))])
+@pytest.mark.parametrize("whole", [True, False])
+def test_a_step_file_of_a_hollow_box_is_modelled_by_its_face_names(whole, tmp_path):
+    """Whole, or cut at y = 0; goals and chamber are those of what is modelled."""
+    low = -4 if whole else 0
+    hollow = cad.cut(cad.box((-4, 4), (low, 4), (0, 20)), [cad.box((-2, 3), (-2.5, 2.5), (2, 18))])
 
     def name(solid, place):
-        if place.high[1] < 1e-6:
+        if not whole and place.high[1] < 1e-6:
             return "cut"
         if place.high[2] < 1e-6:
             return "foot"
         if place.low[2] > 20 - 1e-6:
             return "top"
-        outside = np.abs(place.point[0]) > 4 - 1e-6 or place.point[1] > 4 - 1e-6
+        outside = np.abs(place.point[:2]).max() > 4 - 1e-6
         return "skin" if outside else "chamber"
 
     path = write_named_step(tmp_path / "hollow.step", {"body": hollow}, name)
-    sets = SetNames(base="foot", tip="top", cavity_right="Chamber", mid_plane="cut")
+    sets = SetNames(base="foot", tip="top", cavity_right="Chamber", mid_plane=None if whole else "cut")
     part = SolidPart(name="hollow", mesh=str(path), sets=sets)
-    found = build_part(part, SolveSettings(element_size_mm=3.0))
-    assert found.share == 0.5
-    assert found.model.rest_volumes == pytest.approx([5 * 2.5 * 16])
-    assert volume_by_region(found.mesh) == pytest.approx({"body": 8 * 4 * 20 - 5 * 2.5 * 16})
+    settings = SolveSettings(element_size_mm=3.0, until="pumped_volume_ml", target=0.1, air_right_ml=0.2)
+    found = build_part(part, settings)
+    share = 1.0 if whole else 0.5
+    assert found.share == share
+    assert found.model.rest_volumes == pytest.approx([share * 5 * 5 * 16])
+    assert volume_by_region(found.mesh) == pytest.approx({"body": share * (8 * 8 * 20 - 5 * 5 * 16)})
+    assert found.goal.control.target == pytest.approx(share * 100.0)
+    assert found.model.cavities[0].air_volume == pytest.approx(share * 200.0)
+    held = 3 * len(found.mesh.facet_set("base").points)
+    if not whole:
+        held += len(
+            np.setdiff1d(found.mesh.facet_set("mid_plane").points, found.mesh.facet_set("base").points)
+        )
+    assert (found.model.system.free < found.mesh.points.size).sum() == found.mesh.points.size - held
 
 
 def test_files_that_are_no_solid_are_refused(tmp_path):
