@@ -6,6 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
+from tubefoot.cli.main import app
 from tubefoot.config import load_settings, parse_settings
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError, GeometryError
@@ -136,6 +137,36 @@ def test_an_interrupted_run_goes_on(tube, tmp_path):
     result = solve_part(load_part(EXAMPLE), tmp_path, settings, progress=rows.append)
     assert rows[0]["step"] == 2
     assert result.summary["bend_deg"] == pytest.approx(tube.summary["bend_deg"], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "option",
+    [
+        {"viscoelastic": True},
+        {"rigid_parts": "modelled"},
+        {"cavities": "filtered"},
+        {"ports": True, "mesh_kind": "tetrahedra"},
+    ],
+    ids=lambda option: next(iter(option)),
+)
+def test_options_of_designs_are_refused(option, tmp_path):
+    with pytest.raises(ConfigError, match=f"{next(iter(option))}.* is an option of designs"):
+        solve_part(load_part(EXAMPLE), tmp_path, SolveSettings(**option))
+
+
+def test_the_verb_solves_a_solid_and_says_what_is_missing(tmp_path, capsys):
+    options = ["--until", "bend_deg=0.2", "--states", "1", "--fields", "none", "--no-pictures"]
+    app(["solve", "--solid", str(EXAMPLE), *options, "--out", str(tmp_path / "tube")])
+    assert "bend 0.20 deg" in capsys.readouterr().out
+    with pytest.raises(ConfigError, match="nothing to solve"):
+        app(["solve"])
+    with pytest.raises(ConfigError, match="leave the design and --mesh out"):
+        app(["solve", "--solid", str(EXAMPLE), "--mesh", "tube.msh"])
+    mesh = load_part(EXAMPLE).mesh
+    with pytest.raises(
+        ConfigError, match=r"no surface set `base` for base\. Its surface sets: bore, clamped_end"
+    ):
+        app(["solve", "--mesh", mesh, "--out", str(tmp_path / "mesh")])
 
 
 def test_the_left_chamber_of_a_part_with_one_is_no_goal(tmp_path):

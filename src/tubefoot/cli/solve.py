@@ -176,8 +176,8 @@ def _part(design: Path | None, mesh: Path | None, solid: Path | None) -> SolidPa
         from tubefoot.design.finger import load_design
         from tubefoot.fea.solid_part import SolidPart
 
-        material = {"body": load_design(design).body} if design is not None else {}
-        return SolidPart(name=mesh.stem, mesh=str(mesh), **material)
+        part = SolidPart(name=mesh.stem, mesh=str(mesh))
+        return part if design is None else part.model_copy(update={"body": load_design(design).body})
     if design is None:
         raise ConfigError(
             "nothing to solve: name a design file (`tubefoot new NAME` writes one), --mesh FILE "

@@ -168,11 +168,11 @@ def set_named(found: FileMesh, name: str, role: str) -> str:
         return spelled[name.lower()]
     except KeyError:
         near = difflib.get_close_matches(name.lower(), list(spelled), n=1)
-        hint = f"; did you mean `{spelled[near[0]]}`?" if near else ""
+        hint = f"; did you mean `{spelled[near[0]]}`?" if near else "."
         known = ", ".join(found.surface_names) or "none"
         raise ConfigError(
             f"{found.source} has no surface set `{name}` for {role}{hint} Its surface sets: {known}. "
-            f'Name another one in the settings: [sets] {role} = "..."'
+            f'In a settings file (--solid): [sets] {role} = "NAME"'
         ) from None
 
 

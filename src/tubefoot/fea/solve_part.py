@@ -1,4 +1,8 @@
-"""The solve stage for any solid: a part in, the files of a finger's solve out, resumable after a kill."""
+"""The solve stage for any solid: a part in, the files of a finger's solve out, resumable after a kill.
+
+Walls of a part that meet are not held apart: self-contact is known for fingers only, whose facing walls have
+names. Columns of the curve that need such names, or time, stay empty.
+"""
 
 from __future__ import annotations
 
@@ -42,9 +46,7 @@ def solve_part(
     cannot be solved, ConvergenceError when the path breaks off (the converged states are kept).
     """
     settings = settings or SolveSettings()
-    for name in ("viscoelastic", "ports"):
-        if getattr(settings, name):
-            raise ConfigError(f"{name} is an option of designs, not of a solid from a file")
+    _require_options_of_parts(settings)
     path = Path(part.mesh)
     if not path.is_file():
         raise ConfigError(f"{path}: no such file")
@@ -77,6 +79,19 @@ def solve_part(
     return SolveResult(run.directory, ledger.curve, ledger.regions, summary)
 
 
+def _require_options_of_parts(settings: SolveSettings) -> None:
+    """Raise ConfigError for an option that needs the design of a finger."""
+    chosen = {
+        "viscoelastic": settings.viscoelastic,
+        "ports": settings.ports,
+        "rigid_parts = modelled": settings.rigid_parts == "modelled",
+        "cavities = filtered": settings.cavities == "filtered",
+    }
+    for name, wanted in chosen.items():
+        if wanted:
+            raise ConfigError(f"{name} is an option of designs, not of a solid from a file; leave it out")
+
+
 class _PartRecorder:
     """Turns converged steps into rows, tables and fields on disk; the path's observer."""
 
@@ -98,7 +113,7 @@ class _PartRecorder:
         stresses = Stresses.of(self.part.mesh, solid, step.state)
         number = len(self.ledger.curve)
         row = self._row(number, step, stresses) | {"largest_stretch_p999": stretch, "wall_s": wall_s}
-        row = {name: row.get(name, float("nan")) for name in CURVE_COLUMNS}
+        row = {name: row.get(name) for name in CURVE_COLUMNS}
         self.ledger.append(row, self._regions(number, stresses), [_whole_row(number, stresses)], step)
         self.ledger.note_spent(time.process_time() - self._cpu_started, self.run.wall_s)
         if self.part.settings.fields == "all" and number > 0:
@@ -135,7 +150,6 @@ class _PartRecorder:
             "max_principal_p99_kpa": percentile(stresses.max_principal, stresses.weights, 0.99) / KPA,
             "min_jacobian": step.min_jacobian,
             "newton_iterations": step.iterations,
-            "contact_gap_where": "",
         }
 
     def _regions(self, number: int, stresses: Stresses) -> list[Row]:
