@@ -18,7 +18,8 @@ from tubefoot.fea.items import State
 from tubefoot.fea.solve import solve_design
 from tubefoot.reduced.files import reference_finger
 from tubefoot.study.loaded_finger import Asked, LoadedFinger, UnitState
-from tubefoot.twin.finger import Mounting, SimulatedFinger
+from tubefoot.twin.finger import SimulatedFinger
+from tubefoot.twin.finger_body import Mounting
 from tubefoot.units import DEG, KPA, ML
 
 REFERENCE = Path(__file__).parents[1] / "examples" / "designs" / "reference-12.toml"

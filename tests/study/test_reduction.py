@@ -10,9 +10,10 @@ from tubefoot.fea.solve import solve_design
 from tubefoot.reduced.files import reference_file, reference_finger
 from tubefoot.reduced.relaxation import RelaxingFinger
 from tubefoot.study.loaded_finger import Asked, LoadedFinger, UnitState
-from tubefoot.study.reduction import ReduceSettings, unit_hash
+from tubefoot.study.reduction_content import ReduceSettings, unit_hash
 from tubefoot.study.reduction_fit import fit_laws, identified_range, softest, state_error, summarise
-from tubefoot.study.reduction_states import PLAN, Branch, Sampler, SolvedState, StateStore
+from tubefoot.study.reduction_plan import PLAN, Branch
+from tubefoot.study.reduction_states import Sampler, SolvedState, StateStore
 from tubefoot.units import DEG
 
 REFERENCE = "examples/designs/reference-12.toml"
@@ -34,9 +35,7 @@ def made_states(finger, count, seed=0):
         unit_state = UnitState(
             angles=angles,
             moments=found.moments,
-            tensions=none,
             shears=none,
-            extensions=none,
             slips=none,
             pressures=pressures,
             volumes=found.volumes,

@@ -12,7 +12,8 @@ from tubefoot.reduced.chain import FingerRange
 from tubefoot.reduced.files import reference_file, reference_finger
 from tubefoot.reduced.relaxation import NO_RELAXATION, RelaxingFinger
 from tubefoot.twin.compiled_wall import CompiledWall
-from tubefoot.twin.finger import Mounting, SimulatedFinger
+from tubefoot.twin.finger import SimulatedFinger
+from tubefoot.twin.finger_body import Mounting
 from tubefoot.units import DEG, STANDARD_GRAVITY
 
 LEVEL = Mounting(gravity=False)

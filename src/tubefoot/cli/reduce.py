@@ -42,7 +42,8 @@ def reduce(
     """
     from tubefoot.config import parse_settings
     from tubefoot.design.finger import load_design
-    from tubefoot.study.reduction import ReduceSettings, reduce_design
+    from tubefoot.study.reduction import reduce_design
+    from tubefoot.study.reduction_content import ReduceSettings
 
     finger = load_design(design)
     table: dict[str, Any] = {"pressure_kpa": pressure_kpa}

@@ -47,17 +47,15 @@ class UnitState:
     """What a solved state says about each unit, whole finger; unit 0 at the base, the caps with their units.
 
     angles : (n,) turn of each unit [rad]; moments : (n,) at the units' middle [N mm]
-    tensions, shears : (n,) section forces [N] along the unit and across it (towards -x positive)
-    extensions, slips : (n,) lengthening of the unit and shift of its upper end towards -x [mm]
+    shears : (n,) section force across the unit, towards -x positive [N]
+    slips : (n,) shift of its upper end towards -x, against rigid halves with a hinge between them [mm]
     pressures : (2,) [MPa]; volumes : (2,) changes [mm^3]; energy : strain energy [mJ]
     bend : turn of the tip face [rad]; tip : (x, z) of its middle [mm]; gap : smallest between walls [mm]
     """
 
     angles: FloatArray
     moments: FloatArray
-    tensions: FloatArray
     shears: FloatArray
-    extensions: FloatArray
     slips: FloatArray
     pressures: FloatArray
     volumes: FloatArray
@@ -138,17 +136,13 @@ class LoadedFinger:
         turns = np.array([0.0, *(section(unknowns)[0] for section in self._sections), self._tip(unknowns)[0]])
         middles, ends = self._line_places(unknowns)
         directions = (turns[1:] + turns[:-1]) / 2
-        along = np.stack([-np.sin(directions), np.cos(directions)], axis=1)
         across = np.stack([-np.cos(directions), -np.sin(directions)], axis=1)
         force = np.array([-asked.force, 0.0])
-        extensions, slips = self._offsets(turns, ends, along, across)
         return UnitState(
             angles=np.diff(turns),
             moments=self._moments(asked, unknowns, middles),
-            tensions=along @ force,
             shears=across @ force,
-            extensions=extensions,
-            slips=slips,
+            slips=self._slips(turns, ends, across),
             pressures=step.state.pressures.copy(),
             volumes=np.asarray((step.volumes - self.model.rest_volumes) / HALF),
             energy=step.energy / HALF,
@@ -183,18 +177,15 @@ class LoadedFinger:
             moments += (x - about[:, 0]) * f_z - (z - about[:, 1]) * f_x
         return moments
 
-    def _offsets(
-        self, turns: FloatArray, ends: FloatArray, along: FloatArray, across: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """What the chain of rigid links with hinges at the units' middles leaves unexplained, (n,) each."""
+    def _slips(self, turns: FloatArray, ends: FloatArray, across: FloatArray) -> FloatArray:
+        """Sideways places that rigid links with hinges at the units' middles leave unexplained, (n,)."""
         pitch, cap = self.profile.pitch, self.profile.cap
         below, above = np.full(len(turns) - 1, pitch / 2), np.full(len(turns) - 1, pitch / 2)
         below[0] += cap
         above[-1] += cap
         direction = np.stack([-np.sin(turns), np.cos(turns)], axis=1)
         rigid = below[:, None] * direction[:-1] + above[:, None] * direction[1:]
-        left = np.diff(ends, axis=0) - rigid
-        return np.einsum("ki,ki->k", left, along), np.einsum("ki,ki->k", left, across)
+        return np.asarray(np.einsum("ki,ki->k", np.diff(ends, axis=0) - rigid, across))
 
     def _places(self, unknowns: FloatArray) -> FloatArray:
         return self.mesh.points + unknowns[: self.mesh.points.size].reshape(-1, 3)

@@ -7,16 +7,14 @@ order. That is the linearly implicit Euler method; it damps modes faster than 1 
 than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS_S`
 times the angular frequency.
 
-The scene is in SI units (m, kg, s), as MuJoCo's contact defaults expect; in and out of it go mm, N, MPa, rad.
-Frame: x to the right, y into the picture, z up along the straight finger from the middle of the base's outer
-face. A hinge about -y bends towards -x. Shear moves the links sideways (`place_links`): it changes the
-shape, not the law. Units keep their length; docs/verification.md says what that costs.
+The scene (`finger_body`) is in SI units; in and out go mm, N, MPa, rad. Shear moves the links sideways
+(`place_links`): it changes the shape, not the law. Units keep their length; docs/verification.md says what
+that costs.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import ceil, cos, radians, sin
+from math import ceil
 
 import mujoco
 import numpy as np
@@ -27,80 +25,16 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import NO_RELAXATION, Prony
 from tubefoot.twin.compiled_wall import CompiledWall
-from tubefoot.units import STANDARD_GRAVITY
+from tubefoot.twin.finger_body import METRE, NEWTON_METRE, finger_scene
+from tubefoot.twin.finger_body import Mounting as Mounting
 
 FloatArray = NDArray[np.float64]
-
-METRE = 1e3
-"""[mm]"""
-NEWTON_METRE = 1e3
-"""[N mm]"""
-KILOGRAM = 1e-3
-"""[t]"""
 
 FAST_LOSS_S = 0.03
 """Dashpot over the fast stiffness [s]; with it the loss modulus at 10 Hz is half of the measured one (92 MPa,
 `design/data/agilus30_dma_20C.csv`)."""
 WILD_MOMENT = 1e6
 """Moment of the wall at which a run is stopped as unstable [N mm], far above what any finger bears."""
-
-
-@dataclass(frozen=True)
-class Mounting:
-    """How the finger is held.
-
-    tilt_deg : angle of the straight finger against the vertical, towards -x; 0 stands upright, 180 hangs
-    gravity : whether weight acts; no, where the bending plane lies level
-    """
-
-    tilt_deg: float = 0.0
-    gravity: bool = True
-
-
-def finger_bodies(finger: ReducedFinger, name: str = "finger") -> str:
-    """The links of a finger as MJCF, to be put into a body at its base.
-
-    finger : gives lengths and masses; name : prefix of its bodies, joints and sites
-
-    Joints are NAME_0 to NAME_(n-1) from the base, links NAME_link_0 ... above them; the site NAME_tip lies in
-    the middle of the tip face.
-    """
-    pitch, cap = finger.pitch / METRE, finger.cap / METRE
-    unit, end = finger.unit_mass / KILOGRAM, finger.cap_mass / KILOGRAM
-    lines = []
-    for k in range(finger.n_units):
-        rise = cap + pitch / 2 if k == 0 else pitch
-        lines.append(f'<body name="{name}_link_{k}" pos="0 0 {rise:.9g}">')
-        lines.append(f'<joint name="{name}_{k}" type="hinge" axis="0 -1 0"/>')
-        if k < finger.n_units - 1:
-            lines.append(_inertial(finger, unit, pitch, pitch / 2))
-    above = (unit / 2 * pitch / 4 + end * (pitch + cap) / 2) / (unit / 2 + end)
-    lines.append(_inertial(finger, unit / 2 + end, pitch / 2 + cap, above))
-    lines.append(f'<site name="{name}_tip" pos="0 0 {pitch / 2 + cap:.9g}" size="0.0005"/>')
-    return "\n".join(lines) + "</body>" * finger.n_units
-
-
-def _inertial(finger: ReducedFinger, mass: float, length: float, above: float) -> str:
-    """Inertia of a link as that of a block of the finger's outline, its middle so far above the hinge."""
-    x, y = 2 * finger.half_width / METRE, finger.height / METRE
-    about = [mass / 12 * (a**2 + b**2) for a, b in ((y, length), (x, length), (x, y))]
-    numbers = " ".join(f"{value:.9g}" for value in about)
-    return f'<inertial pos="0 0 {above:.9g}" mass="{mass:.9g}" diaginertia="{numbers}"/>'
-
-
-def finger_scene(finger: ReducedFinger, mounting: Mounting, time_step: float) -> str:
-    """A scene with one finger at the origin, as MJCF.
-
-    finger : gives lengths and masses; mounting : its direction against gravity; time_step : [s]
-    """
-    weight = STANDARD_GRAVITY / METRE if mounting.gravity else 0.0
-    tilt = radians(mounting.tilt_deg)
-    gravity = f"{-weight * sin(tilt):.9g} 0 {-weight * cos(tilt):.9g}"
-    return (
-        f'<mujoco><compiler angle="radian"/><option timestep="{time_step:.9g}" integrator="implicitfast" '
-        f'jacobian="dense" gravity="{gravity}"/><worldbody><body name="base">{finger_bodies(finger)}</body>'
-        "</worldbody></mujoco>"
-    )
 
 
 @njit(cache=True)
