@@ -36,7 +36,7 @@ def test_help_imports_nothing_heavy():
     assert not {name for name in modules if name.startswith(ours)}
 
 
-@pytest.mark.parametrize("package", ["lab", "vision", "control"])
+@pytest.mark.parametrize("package", ["lab", "vision", "control", "reduced"])
 def test_what_runs_at_the_bench_imports_no_simulator(package):
     folder = ROOT / "src" / "tubefoot" / package
     names = [f"tubefoot.{package}.{path.stem}" for path in folder.glob("*.py") if path.stem != "__init__"]
