@@ -101,6 +101,12 @@ class FingerChain:
             self.angles, self._moments, self._lengths, self._shear, self._link_places, self._tip_place
         )
 
+    def forget(self) -> None:
+        """Begin anew with the present angles, no moments and a relaxed wall."""
+        self.wall.settle()
+        self._moments[:] = 0.0
+        self.prepare()
+
     def apply(self, right: float, left: float) -> None:
         """Put the law's torques on the hinges for the prepared step.
 
@@ -203,9 +209,8 @@ class SimulatedFinger:
     def reset(self) -> None:
         """Straight, at rest, relaxed."""
         mujoco.mj_resetData(self.model, self.data)
-        self.chain.wall.settle()
+        self.chain.forget()
         mujoco.mj_forward(self.model, self.data)
-        self.chain.prepare()
 
     def _divide(self, duration: float) -> int:
         """Number of steps that make a duration; prepares anew where their length changes."""
