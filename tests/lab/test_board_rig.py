@@ -182,7 +182,7 @@ def test_over_pressure_ends_the_pulse_and_names_the_remedy(board):
     assert rig.read().gauge_pressures[0] < 12e-3  # the motor coasts for 50 ms
     with pytest.raises(SafetyStop, match="pump the other way"):
         rig.pulse(1, 1.0, 0.1)
-    rig.pulse(-1, 1.0, 0.3)
+    rig.pulse(-1, 1.0, 0.05)
     rig.wait(0.6)
     rig.clear_faults()
 

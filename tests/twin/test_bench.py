@@ -14,7 +14,7 @@ from tubefoot.vision.angles import TrackedAngles
 from tubefoot.vision.camera import StaleFrameError
 from tubefoot.vision.finger import FingerTracker
 
-QUICK = FingerMake(creep=False)
+QUICK = FingerMake(law="still", creep=False)
 
 
 def run(board, seed=0, settings=None, frames=False):

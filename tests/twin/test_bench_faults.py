@@ -13,7 +13,7 @@ from tubefoot.twin.faults import BenchFault
 from tubefoot.units import KPA
 from tubefoot.vision.camera import StaleFrameError
 
-STIFF = BenchSettings(finger=FingerMake(creep=False, bubble_right_ml=0.5))
+STIFF = BenchSettings(finger=FingerMake(law="still", creep=False, bubble_right_ml=0.5))
 
 
 def bench_with(**fault):

@@ -12,9 +12,12 @@ from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.law import ANGLE_SCALE, PRESSURE_SCALE, UnitLaw
 from tubefoot.reduced.relaxation import NO_RELAXATION, Prony
 from tubefoot.twin import still_finger
+from tubefoot.twin.bench_plant import BenchPlant
 from tubefoot.twin.bench_settings import FingerMake
+from tubefoot.twin.finger import Mounting, SimulatedFinger
 from tubefoot.twin.finger_response import LinearFinger
 from tubefoot.twin.fingers import finger_of
+from tubefoot.twin.plant import PumpDrive
 from tubefoot.twin.still_finger import StillFinger
 from tubefoot.units import DEG, KPA
 
@@ -81,8 +84,10 @@ def test_at_rest_it_is_the_reduced_finger_in_free_bending():
 
 
 def test_a_stiffer_print_needs_as_much_more_pressure_and_a_warm_one_less():
-    soft = follow(finger_of(FingerMake(creep=False)), 15 * KPA, -15 * KPA, 0.05)
-    stiff = follow(finger_of(FingerMake(creep=False, stiffness=1.7)), 25.5 * KPA, -25.5 * KPA, 0.05)
+    soft = follow(finger_of(FingerMake(law="still", creep=False)), 15 * KPA, -15 * KPA, 0.05)
+    stiff = follow(
+        finger_of(FingerMake(law="still", creep=False, stiffness=1.7)), 25.5 * KPA, -25.5 * KPA, 0.05
+    )
     assert stiff.bend == pytest.approx(soft.bend, rel=1e-6)
     cold = soft.bend
     soft.scale_stiffness(0.8)
@@ -91,8 +96,10 @@ def test_a_stiffer_print_needs_as_much_more_pressure_and_a_warm_one_less():
 
 def test_a_seam_costs_angle():
     """Volumes and angles of a seam of the unit's own bending stiffness: less than half the angle is lost."""
-    plain = follow(finger_of(FingerMake(creep=False)), 10 * KPA, -10 * KPA, 0.05).bend
-    seamed = follow(finger_of(FingerMake(creep=False, seam_stiffening=0.15)), 10 * KPA, -10 * KPA, 0.05).bend
+    plain = follow(finger_of(FingerMake(law="still", creep=False)), 10 * KPA, -10 * KPA, 0.05).bend
+    seamed = follow(
+        finger_of(FingerMake(law="still", creep=False, seam_stiffening=0.15)), 10 * KPA, -10 * KPA, 0.05
+    ).bend
     assert seamed == pytest.approx(plain / 1.15, rel=0.03)
 
 
@@ -102,7 +109,7 @@ def test_intervals_are_short_enough(monkeypatch):
     for short, long in ((10e-3, 20e-3), (1e-3, 1e-3)):
         monkeypatch.setattr(still_finger, "SHORT_S", short)
         monkeypatch.setattr(still_finger, "LONG_S", long)
-        finger = finger_of(FingerMake())
+        finger = finger_of(FingerMake(law="still"))
         trace = []
         for step in range(1500):
             pressure = 30 * KPA * min(step / 300, 1.0)
@@ -116,14 +123,33 @@ def test_intervals_are_short_enough(monkeypatch):
 
 
 def test_memory_makes_the_finger_stiff_at_first():
-    elastic = follow(finger_of(FingerMake(creep=False)), 20 * KPA, -20 * KPA, 0.02).bend
-    slow = finger_of(FingerMake())
+    elastic = follow(finger_of(FingerMake(law="still", creep=False)), 20 * KPA, -20 * KPA, 0.02).bend
+    slow = finger_of(FingerMake(law="still"))
     follow(slow, 20 * KPA, -20 * KPA, 0.02)
     first = slow.bend
     instant = 1.0 + sum(Prony(*_terms()).strengths)
     assert elastic / instant < first < 0.3 * elastic
     follow(slow, 20 * KPA, -20 * KPA, 5.0, step=5e-3)
     assert first < slow.bend < elastic
+
+
+def test_still_finger_and_weightless_chain_agree_in_the_whole_loop():
+    """Two implementations, NumPy in equilibrium and MuJoCo with inertia and a dashpot, through two pulses.
+
+    The dashpot (0.03 s of the stiffness at once, twenty times that at rest) lets the creeping angle lag.
+    """
+    law, memory = reference_file().to_finger(), reference_file().to_prony()
+    ends = []
+    for finger in (StillFinger(law, memory), SimulatedFinger(law, memory, Mounting(gravity=False))):
+        plant = BenchPlant(finger=finger, seed=1)
+        for on in (1, 0, 1, 0):
+            for _ in range(200 if on else 600):
+                plant.step(1e-3, PumpDrive(on, 0.6 * on))
+        truth = plant.truth()
+        ends.append((truth.bend / DEG, *np.array(truth.branch_pressures) / KPA, *truth.column_levels))
+    assert ends[0][0] > 3
+    np.testing.assert_allclose(ends[0][1:], ends[1][1:], rtol=0.01)
+    assert 0 < ends[0][0] - ends[1][0] < 0.5
 
 
 def _terms():

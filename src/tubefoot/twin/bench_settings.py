@@ -60,10 +60,12 @@ class BranchMake(Settings):
 class FingerMake(Settings):
     """The printed finger and what is in its chambers."""
 
-    law: Literal["reduced", "linear"] = "reduced"
-    """the reduced model of the 12-unit reference finger, or a linear stand-in of the same size"""
+    law: Literal["chain", "still", "linear"] = "chain"
+    """the reduced model as a MuJoCo chain; the same without weight and inertia; or a linear stand-in"""
     model: str = ""
-    """file of another reduced model, written by `tubefoot reduce`"""
+    """file of a reduced model, written by `tubefoot reduce`; the 12-unit reference finger if empty"""
+    tilt_deg: float = Field(default=0.0, ge=-180, le=180)
+    """of the straight finger against the vertical, to the left: 0 stands, 180 hangs; for the chain"""
     stiffness: float = Field(default=1.0, gt=0.05, le=20)
     """factor on every modulus of this print"""
     seam_stiffening: float = Field(default=0.0, ge=0, le=5)

@@ -28,4 +28,9 @@ def finger_of(make: FingerMake) -> FingerResponse:
         )
     content = read_reduced(make.model) if make.model else reference_file()
     memory = content.to_prony() if make.creep else NO_RELAXATION
+    if make.law == "chain":
+        from tubefoot.twin.finger import Mounting, SimulatedFinger
+
+        print_of_it = content.to_finger().with_scale(make.stiffness)
+        return SimulatedFinger(print_of_it, memory, Mounting(make.tilt_deg), seam=make.seam_stiffening)
     return StillFinger(content.to_finger(), memory, make.stiffness, make.seam_stiffening)
