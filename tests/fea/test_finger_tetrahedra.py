@@ -5,7 +5,7 @@ import pytest
 
 from tubefoot.config import parse_settings
 from tubefoot.design import cad
-from tubefoot.design.analysis_solids import quarter_solids
+from tubefoot.design.analysis_solids import quarter_solids, write_body
 from tubefoot.design.finger import FingerDesign
 from tubefoot.design.layout import tube_axis
 from tubefoot.design.profile import chamber_rest_volume
@@ -16,6 +16,7 @@ from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.finger_tetrahedra import TUBES, finger_tetrahedra
 from tubefoot.fea.mesh import jacobian_at, scaled_jacobian
 from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.solid_part import SolidPart, build_part
 from tubefoot.units import DEG
 
 DESIGN = FingerDesign().with_bellows(units=1)
@@ -85,6 +86,19 @@ def test_the_mesh_is_its_own_mirror_image_with_points_on_the_centre_line():
     z = np.sort(mesh.points[line, 2])
     assert z[0] == pytest.approx(-DESIGN.profile.cap)
     assert np.diff(z).max() < 2.5
+
+
+def test_the_exported_body_is_a_part_by_the_names_of_its_faces(tmp_path):
+    """Two units: there the middle of a lid lies outside of it. The whole finger, not its half."""
+    design = ROUNDED.with_bellows(units=2)
+    path = write_body(tmp_path / "body.step", design)
+    part = SolidPart(mesh=str(path), body=design.body)
+    model = build_part(part, SolveSettings(element_size_mm=4.0))
+    assert model.share == 1.0
+    fluid = chamber_rest_volume(design.profile)
+    assert model.model.rest_volumes == pytest.approx([fluid, fluid], rel=2e-3)
+    right = model.mesh.points[model.mesh.facet_set("cavity_right").points, 0]
+    assert right.min() == pytest.approx(design.profile.partition_face)
 
 
 def test_ports_of_the_swept_mesh_are_refused():

@@ -1,4 +1,4 @@
-"""The solids that are meshed with tetrahedra: a quarter of the finger, each face named by what it is.
+"""Solids to be meshed with tetrahedra, their faces named by what they are: a quarter of the finger, its body.
 
 The finger mirrors at the mid-plane y = 0 and at the centre plane x = 0 but for lip and groove, registration
 pins and marker seats, which are left out. With ports, both tubes of the quarter are there, bonded into the
@@ -57,6 +57,29 @@ def write_quarter(path: Path, design: FingerDesign, ports: bool) -> Path:
     return write_named_step(
         path, quarter_solids(design, ports), lambda solid, place: face_role(design, ports, solid, place)
     )
+
+
+def write_body(path: Path, design: FingerDesign) -> Path:
+    """The path of a STEP file of the whole body without ports, its faces named as `solve --mesh` wants them.
+
+    path : file to write; design : the finger
+
+    The names are base, tip, cavity_right, cavity_left and outside.
+    """
+    p = design.profile
+    core = p.height / 2 - p.side_wall
+
+    def name(_: str, place: FacePlace) -> str:
+        # A lid has the outline of its chamber: its middle need not lie on it.
+        is_lid = np.allclose(np.abs([place.low[1], place.high[1]]), core, atol=NEAR)
+        is_lid &= place.high[1] - place.low[1] < NEAR
+        if is_lid or _is_fluid(design, False, place.point + PROBE * place.normal):
+            return "cavity_right" if place.point[0] > 0 else "cavity_left"
+        ends = {"base": -p.cap, "tip": p.bellows_length + p.cap}
+        flat = [role for role, z in ends.items() if max(abs(place.low[2] - z), abs(place.high[2] - z)) < NEAR]
+        return flat[0] if flat else "outside"
+
+    return write_named_step(path, {BODY: solids.whole_body(design)}, name)
 
 
 def face_role(design: FingerDesign, ports: bool, solid: str, place: FacePlace) -> str:

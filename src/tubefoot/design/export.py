@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tubefoot.design import cad, solids
+from tubefoot.design.analysis_solids import write_body
 from tubefoot.design.bill import bill_of_materials
 from tubefoot.design.drawing import write_drawing
 from tubefoot.design.instructions import write_instructions
@@ -67,7 +68,7 @@ def export_finger(
     remove_stale_stl(directory / "stl", files)
     files.append(write_3mf(directory / "finger.3mf", design.name, parts))
     body = solids.whole_body(design)
-    files += _step_files(design, directory, parts, body)
+    files += _step_files(design, directory, parts)
     say("drawing, bill and instructions")
     files += write_drawing(design, directory)
     bill = bill_of_materials(design, parts, laid)
@@ -91,8 +92,8 @@ def export_finger(
     return Exported(files, summary, walls)
 
 
-def _step_files(design: FingerDesign, directory: Path, parts: list[Part], body: cad.Solid) -> list[Path]:
-    """The finger as an assembly, two fingers on the gripper base, and the unsplit body for meshing."""
+def _step_files(design: FingerDesign, directory: Path, parts: list[Part]) -> list[Path]:
+    """The finger as an assembly, two fingers on the gripper base, and the unsplit body with named faces."""
     finger = _finger_tree(design.name, [part for part in parts if part.shifts])
     base = next(part for part in parts if part.name == "gripper base")
     on_gripper = [part for part in parts if part.shifts and part.name != "base"]
@@ -104,7 +105,7 @@ def _step_files(design: FingerDesign, directory: Path, parts: list[Part], body: 
     return [
         cad.write_step(directory / "finger.step", finger),
         cad.write_step(directory / "gripper.step", cad.Node(f"{design.name} gripper", children=pair)),
-        cad.write_step(directory / "body.step", cad.Node("body", body)),
+        write_body(directory / "body.step", design),
     ]
 
 
