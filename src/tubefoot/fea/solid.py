@@ -194,7 +194,6 @@ class Solid:
             np.empty((len(cells), len(reference))),
         )
         carry = kind.shape(reference) @ np.linalg.pinv(kind.shape(kind.quadrature_points))
-        history = self._history[cells] if len(self._history) else self._history
         point_stresses(
             state.unknowns,
             self.unknowns[cells],
@@ -202,7 +201,7 @@ class Solid:
             self._pressure_shapes(cells, reference, points),
             self.material[cells],
             *self.constants,
-            np.ascontiguousarray(np.einsum("pq,cqi->cpi", carry, history)),
+            np.ascontiguousarray(np.einsum("pq,cqi->cpi", carry, self._history[cells])),
             self._displacement_slot,
             self._pressure_slot,
             cauchy,
