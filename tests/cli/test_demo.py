@@ -16,7 +16,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples" / "designs"
 
 def test_the_demo_solves_the_reference_fingers_both_ways_and_the_pitches():
     planned = {case.name: case for case in cases(quick=False)}
-    assert [case.design.bellows.units for case in planned.values()] == [3, 6, 3, 3, 3]
+    assert [case.design.bellows.units for case in planned.values()] == [3, 6, 3, 3, 3, 3]
     assert planned["reference-3"].design == planned["reference-3-reversed"].design
     assert planned["reference-3-reversed"].settings.until == "pressure_left_kpa"
     # tan(alpha) = rise / run = 3/12 and 3/9.
@@ -76,7 +76,7 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     monkeypatch.setattr(demo_module, "cases", lambda quick: planned)
     demo(out=tmp_path, quick=True)
     judged = json.loads((tmp_path / "claims.json").read_text())
-    assert [claim["id"] for claim in judged] == ["C1", "C2", "C4", "C5", "C6", "C8", "C10"]
+    assert [claim["id"] for claim in judged] == ["C1", "C2", "C4", "C5", "C6", "C7", "C8", "C10"]
     assert {claim["id"]: claim["verdict"] for claim in judged}["C10"] == "holds"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert 'id="claims"' in page
