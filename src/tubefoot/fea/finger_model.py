@@ -128,11 +128,6 @@ class SolveSettings(Settings):
     @model_validator(mode="after")
     def _timely(self) -> Self:
         if self.viscoelastic:
-            if self.cavities == "filtered":
-                raise ValueError(
-                    "cavities = filtered picks states of an elastic finger; a solve in time needs coupled, "
-                    "volume or pressure"
-                )
             return self
         defaults = type(self).model_fields
         idle = [name for name in TIMES if getattr(self, name) != defaults[name].default]
