@@ -33,6 +33,7 @@ RECORDED_PACKAGES = (
     "mujoco",
     "pyserial",
     "build123d",
+    "netgen-mesher",
 )
 """Packages whose version a run depends on; those that are installed go into `run.toml`."""
 
