@@ -53,7 +53,7 @@ def test_it_stands_in_its_dead_zone_and_needs_more_to_start():
 def test_a_worn_tube_moves_less():
     fresh = pulse(STEADY, 1.0, 1.0).sum()
     worn = pulse(STEADY.model_copy(update={"wear": 0.2}), 1.0, 1.0).sum()
-    assert worn == pytest.approx(0.8 * fresh, rel=1e-9)
+    assert worn == pytest.approx(0.8 * fresh, rel=1e-3)
     pump = Pump(STEADY.model_copy(update={"wear_per_l": 0.1, "lag_s": 0.001}))
     pump.turned = 2e6
     for _ in range(100):

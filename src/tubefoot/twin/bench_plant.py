@@ -28,8 +28,8 @@ CLIMATE_S = 0.1
 """How often the temperature is looked at [s]."""
 QUIET_S = 5e-3
 """Step of the fluid while the pump stands and little changes [s]; sensors and board keep theirs."""
-QUIET_MPA_PER_S = 5.0 * KPA
-"""Rate of the pressures below which little changes: 25 Pa in a quiet step, a sample scatters by 90."""
+QUIET_MPA_PER_S = 20.0 * KPA
+"""Rate of the pressures below which little changes: 0.1 kPa in a quiet step, as much as a sample scatters."""
 
 
 @dataclass(frozen=True, slots=True)

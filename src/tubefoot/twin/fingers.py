@@ -12,6 +12,9 @@ from tubefoot.units import DEG, KPA, ML
 LINEAR_MEMORY = ((0.5, 0.1), (0.3, 1.0), (0.2, 10.0))
 """Relaxation of the linear stand-in: share of its bending stiffness, time [s]; milder than Agilus30."""
 
+LONGEST_STEP_S = 2.5e-3
+"""Of the chain while the fluid takes longer steps [s]; the plant's own millisecond otherwise."""
+
 
 def finger_of(make: FingerMake) -> FingerResponse:
     """The finger that the settings describe.
@@ -32,5 +35,6 @@ def finger_of(make: FingerMake) -> FingerResponse:
         from tubefoot.twin.finger import Mounting, SimulatedFinger
 
         print_of_it = content.to_finger().with_scale(make.stiffness)
-        return SimulatedFinger(print_of_it, memory, Mounting(make.tilt_deg), seam=make.seam_stiffening)
+        mounting = Mounting(make.tilt_deg)
+        return SimulatedFinger(print_of_it, memory, mounting, LONGEST_STEP_S, make.seam_stiffening)
     return StillFinger(content.to_finger(), memory, make.stiffness, make.seam_stiffening)

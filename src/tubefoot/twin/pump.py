@@ -14,6 +14,8 @@ from tubefoot.units import ML
 
 MEAN_DIP = 3.0 / 16.0
 MM3_PER_L = 1e6
+STOPPED = 0.5
+"""Flow below which friction holds the motor [mm^3/s], a three-thousandth of its full one."""
 
 
 class Pump:
@@ -47,7 +49,7 @@ class Pump:
         duty : 0 to 1
         """
         wanted = self._wanted(direction, duty) if direction else 0.0
-        if wanted == 0.0 and abs(self.flow) < 1e-6:
+        if wanted == 0.0 and abs(self.flow) < STOPPED:
             self.flow = 0.0
             return 0.0
         self.flow += (wanted - self.flow) * (1.0 - self._decayed(duration))
