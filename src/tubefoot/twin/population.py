@@ -55,21 +55,15 @@ class Spread:
 
 SPREADS = (
     Spread("finger.stiffness", "log", 0.4, 1.7, "long-term moduli of printed Agilus30 in the literature"),
-    Spread(
-        "finger.seam_stiffening", "log", 0.02, 0.3, "full-thickness film of 10 N/mm: -15 % angle"
-    ),
+    Spread("finger.seam_stiffening", "log", 0.02, 0.3, "full-thickness film of 10 N/mm: -15 % angle"),
     Spread("finger.bubble_right_ml", "log", 0.02, 1.0, "air left after filling, 0 to 1 ml plausible"),
     Spread("finger.bubble_left_ml", "log", 0.02, 1.0, "the same"),
     Spread("branches.air_right_ml", "log", 0.2, 2.0, "air columns of 0.2 to 2 ml plausible"),
     Spread("branches.air_left_ml", "log", 0.2, 2.0, "the same"),
     Spread("branches.tube_kpa_s_per_ml", "log", 1.0, 5.0, "bore 2.5 to 3.5 mm, length 0.3 to 1 m about 1.9"),
-    Spread(
-        "pump.flow_forward_ml_per_s", "even", 1.05, 1.5, "1.5 at most by the maker, less by supply"
-    ),
+    Spread("pump.flow_forward_ml_per_s", "even", 1.05, 1.5, "1.5 at most by the maker, less by supply"),
     Spread("pump.flow_reverse_ml_per_s", "even", 1.05, 1.5, "drawn apart: rollers are not symmetric"),
-    Spread(
-        "pump.dead_duty_forward", "even", 0.08, 0.25, "bridge drops 1.5 to 2.5 of 12 V, friction"
-    ),
+    Spread("pump.dead_duty_forward", "even", 0.08, 0.25, "bridge drops 1.5 to 2.5 of 12 V, friction"),
     Spread("pump.dead_duty_reverse", "even", 0.08, 0.25, "the same"),
     Spread("pump.stiction_duty", "even", 0.0, 0.08, "friction at rest above that in motion; assumed"),
     Spread("pump.lag_s", "even", 0.03, 0.09, "small geared motor; assumed"),
