@@ -1,0 +1,102 @@
+"""What the loop watches, whoever decides: pressure limits, and whether the bench answers the pump.
+
+The board keeps its own limits and latches a fault; the guard stops a little before, so that a motion can go
+on when the wall has relaxed. Pressures here are gauge pressures of the branches, right and left [MPa].
+"""
+
+from __future__ import annotations
+
+from tubefoot.control.contract import Measurement
+from tubefoot.control.settings import GuardSettings
+from tubefoot.lab.rig import RigLimits
+from tubefoot.units import DEG, KPA, ML
+
+SIDES = ("right", "left")
+TURN_SEEN = 0.5 * DEG
+"""Change of the bend angle that counts as an answer [rad]."""
+OTHER_ANSWERS = 3.0
+"""A sensor is stuck when its neighbour answers by so many times the least change."""
+
+
+class PressureGuard:
+    """Keeps a margin to the rig's pressure limits."""
+
+    def __init__(self, limits: RigLimits, settings: GuardSettings):
+        """Take the limits.
+
+        limits : of the rig; settings : margins
+        """
+        self._low, self._high = limits.pressure_low, limits.pressure_high
+        self._margin = settings.margin_kpa * KPA
+        self._relax = settings.relax_kpa * KPA
+
+    def ends_pulse(self, direction: int, pressures: tuple[float, float]) -> bool:
+        """Whether a running pulse must end.
+
+        direction : of the pulse; pressures : gauge, right and left [MPa]
+        """
+        return self._room(direction, pressures) < self._margin
+
+    def forbids_pulse(self, direction: int, pressures: tuple[float, float]) -> bool:
+        """Whether a pulse must wait until the wall has relaxed.
+
+        direction : of the pulse; pressures : gauge, right and left [MPa]
+        """
+        return self._room(direction, pressures) < self._margin + self._relax
+
+    def describe(self, pressures: tuple[float, float]) -> str:
+        """The branch that is nearest to its limit, for a reason.
+
+        pressures : gauge, right and left [MPa]
+        """
+        rooms = []
+        for side, pressure in zip(SIDES, pressures, strict=True):
+            rooms += [(self._high - pressure, side, pressure, self._high)]
+            rooms += [(pressure - self._low, side, pressure, self._low)]
+        _, side, pressure, limit = min(rooms)
+        return f"{side} branch at {pressure / KPA:.1f} kPa, limit {limit / KPA:.0f} kPa"
+
+    def _room(self, direction: int, pressures: tuple[float, float]) -> float:
+        """Pressure left before the limit that this direction drives at [MPa]."""
+        pressed, sucked = pressures if direction > 0 else pressures[::-1]
+        return min(self._high - pressed, sucked - self._low)
+
+
+class AnswerCheck:
+    """Whether pressures and angle answer to what is pumped; else the pump would run blind."""
+
+    def __init__(self, settings: GuardSettings):
+        """Begin without a reference.
+
+        settings : how much volume must show how much
+        """
+        self._settings = settings
+        self._from: Measurement | None = None
+
+    def fault(self, seen: Measurement) -> str:
+        """What is wrong, empty while nothing is.
+
+        seen : the newest frame
+        """
+        start = self._from
+        if start is None or not seen.direction or (seen.direction != start.direction and start.direction):
+            self._from = seen
+            return ""
+        volume = abs(seen.pumped_volume - start.pumped_volume)
+        if volume < self._settings.still_ml * ML:
+            return ""
+        self._from = seen
+        least = self._settings.still_kpa * KPA
+        changes = [abs(now - then) for now, then in zip(seen.pressures, start.pressures, strict=True)]
+        if max(changes) < least and abs(seen.bend - start.bend) < TURN_SEEN:
+            return (
+                f"{volume / ML:.2f} ml pumped, but neither pressure nor angle moved: pump stalled, tube off or "
+                "fluid lost; look at the tubes and prime the loop"
+            )
+        for side, mine, other in zip(SIDES, changes, changes[::-1], strict=True):
+            if mine < least and other > OTHER_ANSWERS * least:
+                return (
+                    f"the {side} pressure stands still while {volume / ML:.2f} ml are pumped: its sensor is "
+                    "stuck or its tube is blocked; check both"
+                )
+        return ""

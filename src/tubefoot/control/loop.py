@@ -1,0 +1,361 @@
+"""The loop: one frame, one sample, one decision, on the rig's clock, real or virtual.
+
+The pump never runs blind: it stops when no angle has come for `blind_s`, when a limit is near, when the bench
+does not answer, when anything raises. Whatever ends a motion, the pump stands and the reason is in the record.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from tubefoot.control.contract import Command, Controller, Finished, Measurement, Pulse, Stop, Wait
+from tubefoot.control.guard import AnswerCheck, PressureGuard
+from tubefoot.control.settings import BendSettings
+from tubefoot.errors import LinkError, SafetyStop
+from tubefoot.lab.messages import Fault
+from tubefoot.lab.recorder import Recorder
+from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
+from tubefoot.units import DEG, KPA, ML
+from tubefoot.vision.angles import AngleSource
+from tubefoot.vision.camera import EndOfFrames
+from tubefoot.vision.finger import FingerReading
+
+PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
+CLEARED_MAX = 5
+"""Pressure faults that one motion may clear after waiting for the wall to relax."""
+
+END_HEARD_S, END_POLL_S = 0.1, 2e-3
+"""How long the end of a stopped pulse is waited for, and in which steps [s]."""
+
+
+@dataclass
+class Motion:
+    """One motion, from its begin to its end.
+
+    rows : of the trace, one a frame; settled : whether the goal was met; reason : why it ended
+    pulses : how often the pump ran; began, ended : on the rig's clock [s]
+    """
+
+    controller: str
+    began: float
+    ended: float = math.nan
+    settled: bool = False
+    reason: str = ""
+    pulses: int = 0
+    rows: list[dict[str, Any]] = field(default_factory=list)
+
+
+class BendLoop:
+    """Drives one finger on one bench; motions follow each other on one clock."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        angles: AngleSource,
+        settings: BendSettings,
+        recorder: Recorder | None = None,
+        watch: Callable[[dict[str, Any]], None] = lambda row: None,
+        further: Callable[[], Mapping[str, float]] = dict,
+    ):
+        """Take a connected rig, its neutral measured, and an open source of angles.
+
+        rig : that pumps; angles : that sees
+        settings : of guard and goal
+        recorder : told of every decision
+        watch : called with every row of the trace
+        further : columns beside the measured ones, recorded and never steered by
+        """
+        self._rig = rig
+        self._angles = angles
+        self._settings = settings
+        self._guard = PressureGuard(rig.limits, settings.guard)
+        self._recorder = recorder
+        self._watch = watch
+        self._further = further
+
+    def run(self, controller: Controller, volume_foreseen: float = math.inf, part: str = "") -> Motion:
+        """The motion, once the controller has finished or something ended it; the pump then stands.
+
+        controller : that decides
+        volume_foreseen : that the motion should take at most [mm^3]; a multiple of it suggests a leak
+        part : name of the motion in the trace
+        """
+        motion = Motion(controller.name, self._rig.clock.now())
+        state = _State(AnswerCheck(self._settings.guard), self._rig.clock.now(), volume_foreseen, part)
+        try:
+            while not motion.reason:
+                self._cycle(controller, motion, state)
+        except KeyboardInterrupt:
+            motion.reason = "interrupted: stopped by Ctrl-C"
+        except SafetyStop as error:
+            motion.reason = f"safety stop: {error}"
+        except LinkError as error:
+            motion.reason = f"link lost: {error}"
+        finally:
+            with contextlib.suppress(LinkError):
+                self._rig.stop()
+        motion.ended = self._rig.clock.now()
+        self._event("motion ended", part=part, reason=motion.reason)
+        return motion
+
+    # ---- one cycle -----------------------------------------------------------------------------------------
+
+    def _cycle(self, controller: Controller, motion: Motion, state: _State) -> None:
+        reading = self._look(state)
+        sample = self._rig.read()
+        now = self._rig.clock.now()
+        seen = self._measured(reading, sample, now, state)
+        if self._stopped_by_fault(sample, motion, state):
+            return
+        if seen is None:
+            self._while_blind(now, sample, motion, state)
+            return
+        if fault := state.answers.fault(seen):
+            motion.reason = f"no answer: {fault}"
+            self._rig.stop()
+            return
+        command = self._given_up(seen, motion, state) or controller.decide(seen)
+        command = self._within_limits(command, sample, state, now)
+        self._obey(command, sample, motion, state)
+        target = controller.target_at(seen.seen_at)
+        row = self._row(seen, target, sample, motion, state, command)
+        motion.rows.append(row)
+        self._watch(row)
+
+    def _look(self, state: _State) -> FingerReading | None:
+        """The next reading; None when the camera delivers nothing."""
+        try:
+            return self._angles.read()
+        except EndOfFrames:
+            raise LinkError("the camera's frames have ended; a recording cannot be steered by") from None
+        except LinkError as error:
+            state.why_blind = str(error)
+            return None
+
+    def _measured(
+        self, reading: FingerReading | None, sample: Reading, now: float, state: _State
+    ) -> Measurement | None:
+        """What the controller sees; None for a frame that does not tell the angle."""
+        if reading is None or reading.lost or not math.isfinite(reading.bend):
+            if reading is not None:
+                state.why_blind = f"the tip marker is lost: {reading.fault}"
+            return None
+        if now - reading.time_s > state.oldest_s:
+            state.why_blind = f"the newest frame is {now - reading.time_s:.2f} s old"
+            return None
+        state.sighted = now
+        right, left = sample.gauge_pressures[:2]
+        return Measurement(
+            now,
+            reading.time_s,
+            reading.bend,
+            reading.sigma,
+            (right, left),
+            sample.pumped_volume,
+            sample.time,
+            sample.direction,
+            state.held_back,
+        )
+
+    def _while_blind(self, now: float, sample: Reading, motion: Motion, state: _State) -> None:
+        """No angle in this frame: stop the pump soon, wait, give up in the end."""
+        guard, blind = self._settings.guard, now - state.sighted
+        if blind > guard.blind_s and sample.direction:
+            self._rig.stop()
+            self._event("pump stopped", reason=state.why_blind)
+        if blind > guard.patience_s:
+            motion.reason = f"blind for {blind:.1f} s: {state.why_blind}"
+        self._note_lost(now, sample, motion, state)
+
+    def _stopped_by_fault(self, sample: Reading, motion: Motion, state: _State) -> bool:
+        """Whether the board has a fault: one of pressure is waited out, any other ends the motion."""
+        faults = sample.faults
+        if not faults:
+            return False
+        if faults & ~PRESSURE_FAULTS or state.cleared >= CLEARED_MAX:
+            motion.reason = f"board fault: {fault_names(faults)}; {fault_advice(faults)}"
+            return True
+        right, left = sample.gauge_pressures[:2]
+        state.press(self._rig.clock.now())
+        if self._guard.ends_pulse(1, (right, left)) or self._guard.ends_pulse(-1, (right, left)):
+            return self._pressed_too_long(motion, state, (right, left))
+        self._rig.clear_faults()
+        state.cleared += 1
+        self._event("cleared", faults=fault_names(faults))
+        return True
+
+    def _pressed_too_long(self, motion: Motion, state: _State, pressures: tuple[float, float]) -> bool:
+        if state.pressed_s > self._settings.guard.pressed_max_s:
+            motion.reason = _out_of_reach(self._guard.describe(pressures), state.pressed_s)
+        return True
+
+    def _given_up(self, seen: Measurement, motion: Motion, state: _State) -> Command | None:
+        """The end of a motion that does not come to an end by itself."""
+        goal, guard = self._settings.goal, self._settings.guard
+        passed = seen.time - motion.began
+        if state.pressed_s > guard.pressed_max_s:
+            return Finished(False, _out_of_reach(self._guard.describe(seen.pressures), state.pressed_s))
+        if abs(seen.pumped_volume - state.volume_at_start) > guard.volume_excess * state.volume_foreseen:
+            return Finished(
+                False,
+                f"leak suspected: {seen.pumped_volume / ML:.2f} ml pumped, {guard.volume_excess:g} times what "
+                "the motion should take; look for lost fluid or air in the loop",
+            )
+        if state.timed and passed > goal.time_max_s:
+            return Finished(False, f"not settled within {goal.time_max_s:g} s")
+        if (
+            state.timed
+            and motion.pulses >= goal.pulses_max
+            and not seen.direction
+            and state.hopeless(seen.time)
+        ):
+            return Finished(False, f"not settled with {goal.pulses_max} pulses")
+        return None
+
+    def _within_limits(self, command: Command, sample: Reading, state: _State, now: float) -> Command:
+        """The command, unless the pressure limits forbid it."""
+        right, left = sample.gauge_pressures[:2]
+        state.held_back = False
+        if isinstance(command, Pulse) and self._guard.forbids_pulse(command.direction, (right, left)):
+            state.held_back = True
+            state.press(now)
+            return (
+                Stop("held back by the pressure limit") if sample.direction else Wait("held back by pressure")
+            )
+        if (
+            sample.direction
+            and not isinstance(command, Stop)
+            and self._guard.ends_pulse(sample.direction, (right, left))
+        ):
+            state.held_back = True
+            return Stop("pressure limit")
+        state.rest(now)
+        return command
+
+    def _obey(self, command: Command, sample: Reading, motion: Motion, state: _State) -> None:
+        match command:
+            case Finished():
+                motion.settled, motion.reason = command.settled, command.reason
+            case Stop():
+                self._rig.stop()
+            case Pulse():
+                if command.in_place and state.duty:
+                    self._make_room()
+                sent = self._rig.pulse(command.direction, command.duty, command.duration)
+                if not (command.in_place and sample.direction == command.direction):
+                    motion.pulses += 1
+                state.duty, state.last_pulse = sent.duty, self._rig.clock.now()
+            case Wait():
+                pass
+
+    def _make_room(self) -> None:
+        """End a pulse that may still run, and hear of its end."""
+        if self._rig.last_pulse is not None:
+            return
+        self._rig.stop()
+        deadline = self._rig.clock.now() + END_HEARD_S
+        while self._rig.last_pulse is None and self._rig.clock.now() < deadline:
+            self._rig.wait(END_POLL_S)
+
+    # ---- the record ----------------------------------------------------------------------------------------
+
+    def _row(
+        self,
+        seen: Measurement,
+        target: float,
+        sample: Reading,
+        motion: Motion,
+        state: _State,
+        command: Command,
+    ) -> dict[str, Any]:
+        note = command.reason if isinstance(command, Finished) else command.note
+        row = {
+            "time_s": seen.time - motion.began,
+            "seen_at_s": seen.seen_at - motion.began,
+            "part": state.part,
+            "target_deg": target / DEG,
+            "bend_deg": seen.bend / DEG,
+            "error_deg": (target - seen.bend) / DEG,
+            "sigma_deg": seen.sigma / DEG,
+            **_bench_columns(sample, motion, state),
+            "command": type(command).__name__.lower(),
+            "note": note.splitlines()[0] if note else "",
+            **self._further(),
+        }
+        if self._recorder is not None and (isinstance(command, Pulse | Stop | Finished)):
+            values = {key: row[key] for key in ("command", "note", "bend_deg", "target_deg", "pulses")}
+            self._recorder.decision(seen.time, motion.controller, values)
+        return row
+
+    def _note_lost(self, now: float, sample: Reading, motion: Motion, state: _State) -> None:
+        row = {
+            "time_s": now - motion.began,
+            "part": state.part,
+            **_bench_columns(sample, motion, state),
+            "command": "blind",
+            "note": state.why_blind.splitlines()[0],
+            **self._further(),
+        }
+        motion.rows.append(row)
+        self._watch(row)
+
+    def _event(self, name: str, **detail: str) -> None:
+        if self._recorder is not None:
+            with contextlib.suppress(LinkError):
+                self._recorder.event(self._rig.clock.now(), name, **detail)
+
+
+@dataclass
+class _State:
+    """What the loop remembers during one motion."""
+
+    answers: AnswerCheck
+    sighted: float
+    volume_foreseen: float
+    part: str
+    timed: bool = True
+    oldest_s: float = 0.3
+    why_blind: str = ""
+    held_back: bool = False
+    pressed_s: float = 0.0
+    pressed_since: float = math.nan
+    cleared: int = 0
+    duty: float = 0.0
+    last_pulse: float = -math.inf
+    volume_at_start: float = 0.0
+
+    def press(self, now: float) -> None:
+        """The limits hold the motion back now [s]."""
+        if math.isfinite(self.pressed_since):
+            self.pressed_s += now - self.pressed_since
+        self.pressed_since = now
+
+    def rest(self, now: float) -> None:
+        """They do not, now [s]."""
+        self.pressed_since = math.nan
+
+    def hopeless(self, now: float) -> bool:
+        """Whether the last pulse was long ago, with none to come."""
+        return now - self.last_pulse > 10.0
+
+
+def _bench_columns(sample: Reading, motion: Motion, state: _State) -> dict[str, Any]:
+    return {
+        "pressure_right_kpa": sample.pressures[0] / KPA,
+        "pressure_left_kpa": sample.pressures[1] / KPA,
+        "pumped_volume_ml": sample.pumped_volume / ML,
+        "direction": sample.direction,
+        "duty": state.duty if sample.direction else 0.0,
+        "pulses": motion.pulses,
+    }
+
+
+def _out_of_reach(where: str, seconds: float) -> str:
+    return (
+        f"out of reach: held back by the pressure limit for {seconds:.0f} s ({where}); lower the target or "
+        "raise the limit in the rig file"
+    )

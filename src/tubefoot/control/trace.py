@@ -1,0 +1,64 @@
+"""What a motion came to: the figures of its summary, from the rows of its trace."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from tubefoot.control.loop import Motion
+
+HOLD_NOTES = ("hold", "settled")
+"""Notes of the rows in which the pump stands at the goal."""
+
+
+def step_figures(motion: Motion, target_deg: float) -> dict[str, Any]:
+    """Figures of a step: iterations, errors, overshoot, time.
+
+    motion : that has ended
+    target_deg : where to
+
+    `overshoot_deg` is how far the measured angle passed the target, `hold_error_deg` the mean absolute error of
+    the last hold, `final_error_deg` that of its last frame, signed. What was never measured is nan.
+    """
+    seen = [row for row in motion.rows if "bend_deg" in row]
+    bends = np.array([row["bend_deg"] for row in seen])
+    way = 1.0 if len(bends) and bends[0] < target_deg else -1.0
+    held = _last_hold(seen)
+    return {
+        "settled": motion.settled,
+        "iterations": motion.pulses,
+        "final_error_deg": float(target_deg - bends[-1]) if len(bends) else math.nan,
+        "overshoot_deg": max(0.0, float((way * (bends - target_deg)).max())) if len(bends) else math.nan,
+        "hold_error_deg": float(np.abs([row["error_deg"] for row in held]).mean()) if held else math.nan,
+        "bench_time_s": motion.ended - motion.began,
+        "end_reason": motion.reason,
+    }
+
+
+def tracking_figures(motion: Motion) -> dict[str, Any]:
+    """Figures of a tracked trajectory: errors against the target of the frame's own time.
+
+    motion : that has ended
+    """
+    errors = np.array([row["error_deg"] for row in motion.rows if "error_deg" in row])
+    return {
+        "settled": motion.settled,
+        "iterations": motion.pulses,
+        "final_error_deg": float(errors[-1]) if len(errors) else math.nan,
+        "overshoot_deg": float(np.abs(errors).max()) if len(errors) else math.nan,
+        "rms_error_deg": float(np.sqrt(np.mean(errors**2))) if len(errors) else math.nan,
+        "bench_time_s": motion.ended - motion.began,
+        "end_reason": motion.reason,
+    }
+
+
+def _last_hold(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows of the hold at the end of a settled motion."""
+    held: list[dict[str, Any]] = []
+    for row in reversed(rows):
+        if row["note"] not in HOLD_NOTES:
+            break
+        held.append(row)
+    return held
