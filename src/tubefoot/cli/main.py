@@ -47,6 +47,12 @@ app.command(
     "Example: `tubefoot reduce examples/designs/reference-12.toml --out out/reduced-12`",
 )
 app.command(
+    "tubefoot.cli.screen:screen",
+    name="screen",
+    help="Solve, judge and rank the designs of a study, on one machine or a cluster; resumable.\n\n"
+    "Example: `tubefoot screen examples/studies/paper.toml --out out/paper`",
+)
+app.command(
     "tubefoot.cli.rig:rig_app",
     name="rig",
     help="The bench, real or simulated: check, calibrate, pulse, monitor, record, flash.",

@@ -87,18 +87,22 @@ def draw_curves(runs: Sequence[RunRecord], directory: Path, say: Callable[[str],
     with styled():
         for relation in RELATIONS:
             canvas, axes = pyplot.subplots(figsize=(4.6, 3.3), layout="constrained")
-            _draw(axes, relation, drawn)
+            draw_relation(axes, relation, drawn)
             png, svg = save(canvas, directory, relation.key, vector=True)
             pictures.append(Picture(relation.key, relation.title, relation.caption, png, svg))
         canvas, grid = pyplot.subplots(2, 2, figsize=(9.6, 6.8), layout="constrained")
         for axes, relation in zip(grid.flat, RELATIONS, strict=True):
-            _draw(axes, relation, drawn)
+            draw_relation(axes, relation, drawn)
             axes.set_title(relation.title)
         save(canvas, directory, "curves", vector=True)
     return pictures
 
 
-def _draw(axes: Axes, relation: Relation, runs: Sequence[RunRecord]) -> None:
+def draw_relation(axes: Axes, relation: Relation, runs: Sequence[RunRecord]) -> None:
+    """One relation of several runs, their names beside their lines.
+
+    axes : empty; relation : what over what; runs : solves
+    """
     ends = []
     for number, run in enumerate(runs):
         look = line_of(number, len(runs))

@@ -34,7 +34,7 @@ def draw_section(runs: Sequence[tuple[RunRecord, Surface]], directory: Path, sca
         canvas, grid = sheet([_box(cut) for _, cut in cuts])
         painted = None
         for axes, (run, cut) in zip(grid, cuts, strict=True):
-            painted = _draw_cut(axes, run, cut, scale)
+            painted = draw_cut(axes, run, cut, scale)
             axes.set_xlabel("x [mm]")
         grid[0].set_ylabel("z [mm]")
         colour_bar(canvas, painted, grid, scale)
@@ -52,7 +52,11 @@ def _box(cut: Surface) -> Box:
     return x.min() - MARGIN_MM, x.max() + MARGIN_MM, z.min() - MARGIN_MM, z.max() + MARGIN_MM
 
 
-def _draw_cut(axes: Axes, run: RunRecord, cut: Surface, scale: ColourScale) -> object:
+def draw_cut(axes: Axes, run: RunRecord, cut: Surface, scale: ColourScale) -> object:
+    """The coloured triangles of a cut, after it was drawn with its chambers and its shape at rest.
+
+    axes : empty; run : whose; cut : of its last state at the mid-plane; scale : of von Mises stress
+    """
     from matplotlib.tri import Triangulation
 
     x, z = cut.deformed[:, 0], cut.deformed[:, 2]
