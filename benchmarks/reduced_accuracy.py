@@ -55,7 +55,8 @@ def free_bending(design: FingerDesign) -> None:
         "bend by volume [deg]": [state.bend / DEG for state in by_volume] - bend,
         "pressures by volume [kPa]": np.array([state.pressures / KPA for state in by_volume]) - pressures,
         "bend by pressure [deg]": [state.bend / DEG for state in by_pressure] - bend,
-        "volume by pressure [ml]": [state.volumes[0] / ML for state in by_pressure] - pumped / ML,
+        "volume by pressure [ml]": np.array([state.volumes / ML for state in by_pressure])
+        - np.outer(pumped / ML, [1.0, -1.0]),
     }
     print(f"{design.bellows.units} units to {bend[-1]:.2f} deg, largest errors:")
     for name, values in off.items():
