@@ -263,7 +263,8 @@ def test_shipped_law_meets_fresh_finite_element_states():
 def test_memory_agrees_with_a_viscoelastic_solve(tmp_path):
     """3 units, pressures ramped in 0.5 s and held for 10 s: creep as the finite-strain solve in time has it.
 
-    Under a tenth at first (there the bulk, which does not relax, gives way in the solve), 3 % in the end; measured 2.2 %, with the coarse time steps of four states.
+    Under a tenth at first (there the bulk, which does not relax, gives way in the solve), 3 % in the end:
+    measured 2.2 %, with the coarse time steps of four states.
     """
     settings = SolveSettings(
         target=20.0,
