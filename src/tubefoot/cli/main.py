@@ -53,6 +53,12 @@ app.command(
     "Example: `tubefoot screen examples/studies/paper.toml --out out/paper`",
 )
 app.command(
+    "tubefoot.cli.screen:optimise",
+    name="optimise",
+    help="Search a study's ranges for the Pareto front of gain, stress and footprint.\n\n"
+    "Example: `tubefoot optimise examples/studies/space.toml --out out/front`",
+)
+app.command(
     "tubefoot.cli.rig:rig_app",
     name="rig",
     help="The bench, real or simulated: check, calibrate, pulse, monitor, record, flash.",

@@ -8,9 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from tubefoot.study.crew import CrewSettings
+    from tubefoot.study.optimisation import OptimiseResult
     from tubefoot.study.screening import ScreenResult
 
+WIDE = 150
 SHOWN = 10
 """Rows of the ranking that are printed."""
 
@@ -87,6 +91,105 @@ def screen(
     print(f"results: {result.table}")
 
 
+def optimise(
+    study: Path,
+    /,
+    *,
+    out: Path | None = None,
+    warm_start: Path | None = None,
+    designs: int | None = None,
+    scheduler: str | None = None,
+    scheduler_file: Path | None = None,
+    workers: int | None = None,
+    threads: int = 1,
+    pictures: Annotated[bool, Parameter(negative="--no-pictures")] = True,
+) -> None:
+    """Search the ranges of a study for the Pareto front of gain, stress at a fixed angle, and footprint.
+
+    Written are evaluations.csv (every design of the search), front.csv (the front with its uncertainty),
+    summary.json with the cost in core-hours, one folder a design in designs/, and a figure.
+
+    Example: tubefoot optimise examples/studies/space.toml --designs 30 --out out/front
+
+    Parameters
+    ----------
+    study
+        Study file; the ranges under [vary] are searched.
+    out
+        Directory for the results; out/NAME-front if not given. The same one goes on where a search broke off.
+    warm_start
+        Directory of a finished screening with a first look, whose designs and calibration are taken over.
+    designs
+        How many designs are evaluated, as search.designs of the study says if not given.
+    scheduler
+        Address of a running Dask scheduler; a cluster on this machine if not given.
+    scheduler_file
+        File that a running Dask scheduler wrote.
+    workers
+        Workers on this machine; as many as its processors allow if not given.
+    threads
+        Threads of one job.
+    pictures
+        Whether the front is drawn.
+    """
+    from tubefoot.cli.tally import TallyPrinter
+    from tubefoot.config import parse_settings
+    from tubefoot.study.optimisation import SOROFORGE_CORE_HOURS, Optimisation
+    from tubefoot.study.study_file import SearchSettings, load_study
+
+    loaded, base = load_study(study)
+    if designs is not None:
+        search = parse_settings(
+            {**loaded.search.model_dump(), "designs": designs}, SearchSettings, "--designs"
+        )
+        loaded = loaded.model_copy(update={"search": search})
+    crew = _crew(scheduler, scheduler_file, workers, threads)
+    directory = out or Path("out") / f"{loaded.name}-front"
+    with TallyPrinter() as printer:
+        result = Optimisation(loaded, base, directory, printer).optimise(crew, warm_start)
+    _print_front(result)
+    print(
+        f"{result.evaluated} designs evaluated, {result.core_s / 3600:.3f} core-hours "
+        f"(SoRoForge published {SOROFORGE_CORE_HOURS:g} for one front)"
+    )
+    if pictures:
+        from tubefoot.report.front import draw_front
+
+        print(f"picture: {draw_front(directory)}")
+    print(f"results: {result.table}")
+
+
+def _print_front(result: OptimiseResult) -> None:
+    import numpy as np
+    from rich.table import Table
+
+    table = Table("design", "gain [deg/kPa]", "stress at angle [kPa]", "cm3", "on the front", "source")
+    for row in result.front:
+        table.add_row(
+            row["name"],
+            f"{row['gain_deg_per_kpa']:.4f} ± {row['gain_sd_percent']:.1f} %",
+            f"{row['von_mises_p99_at_angle_kpa']:.1f} ± {row['stress_sd_percent']:.1f} %",
+            f"{row['footprint_cm3']:.2f}",
+            f"{100 * row['probability']:.0f} %",
+            row["source"],
+        )
+    _console().print(table)
+    if len(result.look_error):
+        gain, stress = (100.0 * (np.exp(error.max()) - 1.0) for error in np.abs(result.look_error).T)
+        print(
+            f"{len(result.look_error)} designs of the front solved in full; largest error of the look: "
+            f"gain {gain:.1f} %, stress {stress:.1f} %"
+        )
+
+
+def _console() -> Console:
+    """As wide as the terminal, and wide enough for the tables where there is none."""
+    from rich.console import Console
+
+    console = Console()
+    return console if console.is_terminal else Console(width=WIDE)
+
+
 def _crew(
     scheduler: str | None, scheduler_file: Path | None, workers: int | None, threads: int
 ) -> CrewSettings:
@@ -103,7 +206,6 @@ def _crew(
 
 
 def _print_ranking(result: ScreenResult, varied: list[str]) -> None:
-    from rich.console import Console
     from rich.table import Table
 
     table = Table("rank", "name", *varied, "bend [deg]", "stress at angle [kPa]", "cm3", "score", "source")
@@ -117,7 +219,7 @@ def _print_ranking(result: ScreenResult, varied: list[str]) -> None:
             f"{row['score']:+.3f}",
             row["source"],
         )
-    Console().print(table)
+    _console().print(table)
     counts = ", ".join(f"{number} {status}" for status, number in result.counts.items())
     print(f"{counts}; {result.core_s / 3600:.3f} core-hours")
     if result.calibration is not None:

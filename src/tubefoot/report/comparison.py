@@ -64,7 +64,8 @@ def _draw(name: str, runs: Sequence[RunRecord], directory: Path) -> Picture:
         canvas = pyplot.figure(
             figsize=(WIDTH_INCH, (PANEL_INCH if cuts else 0) + CURVE_INCH), layout="constrained"
         )
-        rows: Any = canvas.subfigures(2, 1, height_ratios=[PANEL_INCH, CURVE_INCH]) if cuts else [None, canvas]
+        heights = [PANEL_INCH, CURVE_INCH]
+        rows: Any = canvas.subfigures(2, 1, height_ratios=heights) if cuts else [None, canvas]
         if cuts:
             _panels(rows[0], cuts)
         for axes, relation in zip(rows[1].subplots(1, len(RELATIONS)), RELATIONS, strict=True):

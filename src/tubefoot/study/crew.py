@@ -125,12 +125,12 @@ class Crew:
     def work_through(self, jobs: Iterator[JobType]) -> Iterator[tuple[JobType, Any]]:
         """Each job with its outcome, as they come; jobs are taken only as workers become free.
 
-        jobs : any number
+        jobs : any number; one that ran dry is asked again after each outcome, for jobs that follow from it
         """
         self._fill(jobs)
         for outcome in self.outcomes():
-            self._fill(jobs)
             yield outcome
+            self._fill(jobs)
 
     def _fill(self, jobs: Iterator[JobType]) -> None:
         """Hand over as many jobs as the cluster should have at hand."""

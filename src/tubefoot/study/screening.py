@@ -92,6 +92,8 @@ class ScreenResult:
 class Screening:
     """One study in one directory."""
 
+    verb = "screen"
+
     def __init__(
         self, study: StudyFile, base: FingerDesign, directory: Path | str, progress: Progress | None = None
     ):
@@ -102,7 +104,7 @@ class Screening:
         self.study, self.base = study, base
         self.run = Run(
             directory,
-            "screen",
+            self.verb,
             {"study": study.model_dump(mode="json"), "base": base.model_dump(mode="json")},
         )
         self.progress = progress or (lambda tally, row: None)
@@ -149,11 +151,14 @@ class Screening:
             if self.study.look.use:
                 self._look(crew, live, total)
             else:
-                self._evaluate(crew, live, self.candidates(), Tally("solve", total))
+                self.evaluate(crew, live, self.candidates(), Tally("solve", total))
         return self._ranked()
 
-    def _evaluate(self, crew: Crew, live: LiveTable, candidates: Iterator[Candidate], tally: Tally) -> None:
-        """Solve candidates in full."""
+    def evaluate(self, crew: Crew, live: LiveTable, candidates: Iterator[Candidate], tally: Tally) -> None:
+        """Solve candidates in full.
+
+        crew : does it; live : takes a row as each is done; candidates : which; tally : what was done so far
+        """
         named: dict[str, list[Candidate]] = {}
 
         def jobs() -> Iterator[Job]:
@@ -171,7 +176,7 @@ class Screening:
         for job, outcome in crew.work_through(jobs()):
             tally.under_way = min(crew.under_way, crew.threads)
             for candidate in named.pop(job.key):
-                self._note(live, tally, candidate, job, _record(outcome))
+                self._note(live, tally, candidate, job, record_of(outcome))
 
     def _note(self, live: LiveTable, tally: Tally, candidate: Candidate, job: Job, record: Row) -> None:
         row = self._row(candidate, job, record, "full")
@@ -187,7 +192,7 @@ class Screening:
         def jobs() -> Iterator[Job]:
             seen = set[str]()
             for candidate in self.candidates():
-                job = self._look_job(candidate, solve)
+                job = self.look_job(candidate, solve)
                 if (record := finished(job)) is not None or job.key in seen:
                     tally.found += record is not None
                     tally.counts[record["status"] if record else "twice"] += 1
@@ -197,21 +202,25 @@ class Screening:
                     yield job
 
         for job, outcome in crew.work_through(jobs()):
-            record = _record(outcome)
+            record = record_of(outcome)
             tally.under_way = min(crew.under_way, crew.threads)
             tally.counts[record["status"]] += 1
             tally.core_s += record["core_s"]
             self.progress(tally, {"name": job.name, **record})
         bends = np.array([self._looked(candidate)[0] for candidate in self.candidates()])
         chosen = {0, *spread_over(bends, self.study.look.calibrate)}
-        self._evaluate(crew, live, self._picked(chosen), Tally("calibrate", len(chosen)))
+        self.evaluate(crew, live, self._picked(chosen), Tally("calibrate", len(chosen)))
         self.calibration = self._calibrated(chosen)
         _, _, ranks = self._scores()
         order = np.argsort(np.where(ranks > 0, ranks, len(ranks) + 1), kind="stable")
         best = {int(k) for k in order[: self.study.look.confirm] if ranks[k] > 0}
-        self._evaluate(crew, live, self._picked(best), Tally("confirm", len(best)))
+        self.evaluate(crew, live, self._picked(best), Tally("confirm", len(best)))
 
-    def _look_job(self, candidate: Candidate, solve: SolveSettings) -> Job:
+    def look_job(self, candidate: Candidate, solve: SolveSettings) -> Job:
+        """The job that looks at a candidate.
+
+        candidate : the whole one; solve : of the look
+        """
         return self.job(
             short_candidate(candidate, self.study.look), solve, candidate.tables["bellows"]["units"]
         )
@@ -221,7 +230,7 @@ class Screening:
 
     def _looked(self, candidate: Candidate) -> np.ndarray:
         """Figures of a candidate's look, NaN where it gave none."""
-        record = finished(self._look_job(candidate, look_solve(self.study)))
+        record = finished(self.look_job(candidate, look_solve(self.study)))
         if record is None or record["status"] != "solved":
             return np.full(len(LOOKED), np.nan)
         return looked_figures(record, candidate.tables["bellows"]["units"], self.study.look)
@@ -249,17 +258,20 @@ class Screening:
         if (record := finished(job)) is not None:
             return job, record, "full"
         if self.calibration is not None:
-            look = self._look_job(candidate, look_solve(self.study))
+            look = self.look_job(candidate, look_solve(self.study))
             if (record := finished(look)) is not None:
-                return look, self._foretold(candidate, record), "look"
+                return look, self.foretold(candidate, record), "look"
         return (
             job,
             {"status": "error", "reason": "the job broke off; run the study again", "core_s": 0.0},
             "none",
         )
 
-    def _foretold(self, candidate: Candidate, record: Row) -> Row:
-        """A record as a full solve would give it."""
+    def foretold(self, candidate: Candidate, record: Row) -> Row:
+        """A record as a full solve would give it.
+
+        candidate : whose; record : of its look
+        """
         from tubefoot.study.figures_of_merit import design_figures
 
         if record["status"] in ("impossible", "unprintable"):
@@ -329,8 +341,11 @@ class Screening:
         )
 
 
-def _record(outcome: Any) -> Row:
-    """A job's record, or that of the error that ended it."""
+def record_of(outcome: Any) -> Row:
+    """A job's record, or that of the error that ended it.
+
+    outcome : a record or an exception
+    """
     if isinstance(outcome, BaseException):
         return {"status": "error", "reason": f"{type(outcome).__name__}: {outcome}", "core_s": 0.0}
     return dict(outcome)

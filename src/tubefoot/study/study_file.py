@@ -108,6 +108,8 @@ class SearchSettings(Settings):
     """Random designs before the sampler learns."""
     ahead: Annotated[int, Field(ge=1, le=10_000)] = 8
     """Designs asked for before the oldest is told; as many workers stay busy. Part of the result."""
+    confirm: Annotated[int, Field(ge=0, le=10_000)] = 10
+    """How many designs, spread over the front, are solved in full at the end."""
 
 
 class StudyFile(Settings):
