@@ -35,10 +35,14 @@ LONGEST_PULSE = 1.6
 REACTION_S = 0.012
 """From the decision to the standing pump [s]."""
 HALF_FRAME_S = 1 / 60
-SURE = 0.8
-"""Share of the tolerance that a correction must foresee, the rest being what it must gain."""
-ROOM = 0.5
+SURE, GAIN = 0.8, 0.5
+"""Shares of the tolerance: what a correction may leave at most, what it must gain at least."""
+ROOM = 0.35
 """A long pulse begins when the pressure limit lets so much of it happen."""
+LATE = 1.75
+"""So much later than planned the creep may arrive before more is pumped."""
+DUTY_CHANGE, WORTH_S = 0.1, 0.2
+"""The duty of a running pulse is changed by no less, and not when less time is left [s]."""
 DUTIES = 8
 """Duties that are tried for a long pulse."""
 ROUNDS = 4
@@ -131,14 +135,14 @@ class AdaptiveController:
             goal.begin_hold(seen)
             return Wait("hold")
         best = self._correction(ahead)
-        if best.left <= SURE * tolerance and best.left <= alone - (1.0 - SURE) * tolerance:
+        if best.left <= SURE * tolerance and best.left <= alone - GAIN * tolerance:
             return self._trim(ahead, best.angle)
         soon = np.linspace(0.0, PULSE_RISE_S + 0.1, 4)
         if float((self._way * (ahead.free(soon) - goal.target)).max()) > settings.overshoot_deg * DEG:
             return self._trim(ahead, best.angle)
-        arrival = np.linspace(0.0, settings.arrive_s, WINDOW)
+        arrival = np.linspace(0.0, LATE * settings.arrive_s, WINDOW)
         reached = float((self._way * (ahead.free(arrival) - goal.target)).max())
-        if reached > -0.5 * tolerance:
+        if reached > -tolerance:
             return Wait("creeping")
         return self._fill(seen, ahead)
 
@@ -158,27 +162,37 @@ class AdaptiveController:
     def _fill(self, seen: Measurement, ahead: Forecast) -> Command:
         """A long pulse that lets the creep arrive, as fast as the pressure limit allows."""
         settings = self.settings
-        for duty in np.linspace(settings.fill_duty_max, settings.fill_duty_min, DUTIES):
-            angle, duration = self._missing(ahead, float(duty))
-            if ahead.pressure(angle, duration) < self._pressure_limit:
-                break
+        duty, angle, duration = self._fastest(ahead)
         now = max(seen.pressures)
         if self._pressure_limit - now < ROOM * (ahead.pressure(angle, duration) - now):
             return Wait("the pressure relaxes")
         if duration * duty < 0.5 * settings.trim_max_s * settings.trim_duty:
             return self._trim(ahead, angle)
-        self._filling = float(duty)
-        return Pulse(1 if angle > 0 else -1, float(duty), LONGEST_PULSE * duration, "fill")
+        self._filling = duty
+        return Pulse(1 if angle > 0 else -1, duty, LONGEST_PULSE * duration, "fill")
 
     def _while_filling(self, seen: Measurement, ahead: Forecast) -> Command:
-        """End the long pulse when enough fluid is in place, or before it overshoots."""
+        """End the long pulse when enough fluid is in place; change its duty when the pressure asks for it."""
         angle, duration = self._missing(ahead, self._filling)
         soon = ahead.free(np.linspace(0.0, 0.4, 4)) - self._goal.target
         crossed = float((seen.direction * soon).max()) > 0.0
         if angle * seen.direction <= 0 or duration <= REACTION_S + HALF_FRAME_S or crossed:
             self._filling = 0.0
             return Stop("enough fluid in place")
+        duty, _, duration = self._fastest(ahead)
+        if abs(duty - self._filling) > DUTY_CHANGE and duration > WORTH_S:
+            self._filling = duty
+            return Pulse(seen.direction, duty, LONGEST_PULSE * duration, "fill on", in_place=True)
         return Wait("fill")
+
+    def _fastest(self, ahead: Forecast) -> tuple[float, float, float]:
+        """The fastest long pulse under the pressure limit: duty, relaxed angle [rad], duration [s]."""
+        duties = np.linspace(self.settings.fill_duty_max, self.settings.fill_duty_min, DUTIES)
+        for duty in duties:
+            angle, duration = self._missing(ahead, float(duty))
+            if ahead.pressure(angle, duration) < self._pressure_limit:
+                break
+        return float(duty), angle, duration
 
     def _trim(self, ahead: Forecast, angle: float) -> Command:
         """A short pulse worth a relaxed angle [rad]."""
@@ -194,7 +208,7 @@ class AdaptiveController:
 
     def _correction(self, ahead: Forecast) -> Correction:
         """The pulse that leaves the least squared error over the coming hold."""
-        coming = self._window(PULSE_RISE_S)
+        coming = self._window(self.settings.trim_ahead_s)
         error = self._goal.target - ahead.free(coming)
         unit = ahead.step(coming)
         angle = float(unit @ error / (unit @ unit))

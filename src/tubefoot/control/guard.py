@@ -14,8 +14,6 @@ from tubefoot.units import DEG, KPA, ML
 SIDES = ("right", "left")
 TURN_SEEN = 0.5 * DEG
 """Change of the bend angle that counts as an answer [rad]."""
-OTHER_ANSWERS = 3.0
-"""A sensor is stuck when its neighbour answers by so many times the least change."""
 
 
 class PressureGuard:
@@ -72,6 +70,7 @@ class AnswerCheck:
         """
         self._settings = settings
         self._from: Measurement | None = None
+        self._low = self._high = (0.0, 0.0)
 
     def fault(self, seen: Measurement) -> str:
         """What is wrong, empty while nothing is.
@@ -79,24 +78,32 @@ class AnswerCheck:
         seen : the newest frame
         """
         start = self._from
-        if start is None or not seen.direction or (seen.direction != start.direction and start.direction):
-            self._from = seen
+        if start is None or not seen.direction or seen.direction != start.direction:
+            self._begin(seen)
             return ""
+        self._low = (min(self._low[0], seen.pressures[0]), min(self._low[1], seen.pressures[1]))
+        self._high = (max(self._high[0], seen.pressures[0]), max(self._high[1], seen.pressures[1]))
         volume = abs(seen.pumped_volume - start.pumped_volume)
         if volume < self._settings.still_ml * ML:
             return ""
+        ranges = [high - low for high, low in zip(self._high, self._low, strict=True)]
+        turned = abs(seen.bend - start.bend)
+        self._begin(seen)
+        return self._judged(volume, ranges, turned)
+
+    def _begin(self, seen: Measurement) -> None:
         self._from = seen
-        least = self._settings.still_kpa * KPA
-        changes = [abs(now - then) for now, then in zip(seen.pressures, start.pressures, strict=True)]
-        if max(changes) < least and abs(seen.bend - start.bend) < TURN_SEEN:
+        self._low = self._high = seen.pressures
+
+    def _judged(self, volume: float, ranges: list[float], turned: float) -> str:
+        """The fault that a pumped volume [mm^3], ranges of pressure [MPa] and a turn [rad] tell of."""
+        pumped = f"{volume / ML:.2f} ml pumped"
+        for side, mine in zip(SIDES, ranges, strict=True):
+            if mine < self._settings.stuck_kpa * KPA:
+                return f"{pumped}, but the {side} pressure reads the same all along: its sensor is stuck; check it"
+        if max(ranges) < self._settings.still_kpa * KPA and turned < TURN_SEEN:
             return (
-                f"{volume / ML:.2f} ml pumped, but neither pressure nor angle moved: pump stalled, tube off or "
-                "fluid lost; look at the tubes and prime the loop"
+                f"{pumped}, but neither pressure nor angle moved: pump stalled, tube off or fluid lost; "
+                "look at the tubes and prime the loop"
             )
-        for side, mine, other in zip(SIDES, changes, changes[::-1], strict=True):
-            if mine < least and other > OTHER_ANSWERS * least:
-                return (
-                    f"the {side} pressure stands still while {volume / ML:.2f} ml are pumped: its sensor is "
-                    "stuck or its tube is blocked; check both"
-                )
         return ""

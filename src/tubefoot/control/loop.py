@@ -31,6 +31,9 @@ CLEARED_MAX = 5
 END_HEARD_S, END_POLL_S = 0.1, 2e-3
 """How long the end of a stopped pulse is waited for, and in which steps [s]."""
 
+STOP_S, OLD_SAMPLE_S = 0.04, 0.2
+"""A pressure is extrapolated by the time until the next decision, from samples no further apart [s]."""
+
 
 @dataclass
 class Motion:
@@ -157,9 +160,13 @@ class BendLoop:
             (right, left),
             sample.pumped_volume,
             sample.time,
-            sample.direction,
+            sample.direction or self._just_sent(state),
             state.held_back,
         )
+
+    def _just_sent(self, state: _State) -> int:
+        """Direction of a pulse that began after the newest sample, 0 where there is none."""
+        return state.direction if self._rig.last_pulse is None else 0
 
     def _while_blind(self, now: float, sample: Reading, motion: Motion, state: _State) -> None:
         """No angle in this frame: stop the pump soon, wait, give up in the end."""
@@ -229,7 +236,7 @@ class BendLoop:
         if (
             sample.direction
             and not isinstance(command, Stop)
-            and self._guard.ends_pulse(sample.direction, (right, left))
+            and self._guard.ends_pulse(sample.direction, state.extrapolated(sample))
         ):
             state.held_back = True
             return Stop("pressure limit")
@@ -248,7 +255,7 @@ class BendLoop:
                 sent = self._rig.pulse(command.direction, command.duty, command.duration)
                 if not (command.in_place and sample.direction == command.direction):
                     motion.pulses += 1
-                state.duty, state.last_pulse = sent.duty, self._rig.clock.now()
+                state.duty, state.direction, state.last_pulse = sent.duty, sent.direction, self._rig.clock.now()
             case Wait():
                 pass
 
@@ -325,6 +332,8 @@ class _State:
     pressed_since: float = math.nan
     cleared: int = 0
     duty: float = 0.0
+    direction: int = 0
+    before: Reading | None = None
     last_pulse: float = -math.inf
     volume_at_start: float = 0.0
 
@@ -337,6 +346,17 @@ class _State:
     def rest(self, now: float) -> None:
         """They do not, now [s]."""
         self.pressed_since = math.nan
+
+    def extrapolated(self, sample: Reading) -> tuple[float, float]:
+        """Right and left gauge pressure when a stop would take effect [MPa]; sample : the newest."""
+        before, self.before = self.before, sample
+        right, left = sample.gauge_pressures[:2]
+        if before is None or not 1e-3 < sample.time - before.time < OLD_SAMPLE_S:
+            return right, left
+        share = STOP_S / (sample.time - before.time)
+        return right + share * (right - before.gauge_pressures[0]), left + share * (
+            left - before.gauge_pressures[1]
+        )
 
     def hopeless(self, now: float) -> bool:
         """Whether the last pulse was long ago, with none to come."""

@@ -25,11 +25,11 @@ class PaperSettings(Settings):
 
     duty: float = Field(default=0.6, gt=0, le=1)
     """Of every pulse."""
-    seconds_per_deg: float = Field(default=0.02, gt=0, le=1)
+    seconds_per_deg: float = Field(default=0.05, gt=0, le=1)
     """Pulse duration for each degree of error."""
     pulse_min_s: float = Field(default=0.03, ge=0.001, le=5)
     """Shortest pulse."""
-    pulse_max_s: float = Field(default=0.25, gt=0, le=10)
+    pulse_max_s: float = Field(default=0.3, gt=0, le=10)
     """Longest pulse."""
     settle_s: float = Field(default=0.5, ge=0, le=60)
     """Pause after each pulse before the angle counts (the paper's)."""
@@ -48,11 +48,13 @@ class AdaptiveSettings(Settings):
     """Of short pulses: far from the pump's dead zone, so that their volume is known well."""
     trim_max_s: float = Field(default=0.25, gt=0, le=5)
     """Longest pulse at `trim_duty`."""
-    arrive_s: float = Field(default=2.0, ge=0.2, le=60)
+    trim_ahead_s: float = Field(default=0.4, ge=0, le=10)
+    """How long after a short pulse the hold is expected to begin, for which its volume is chosen."""
+    arrive_s: float = Field(default=1.5, ge=0.2, le=60)
     """How long after a long pulse the creep may take to bring the finger to the target."""
-    hold_error_deg: float = Field(default=0.5, gt=0, le=20)
+    hold_error_deg: float = Field(default=0.55, gt=0, le=20)
     """Largest error foreseen in the hold with which it may begin."""
-    overshoot_deg: float = Field(default=0.6, gt=0, le=20)
+    overshoot_deg: float = Field(default=0.75, gt=0, le=20)
     """Overshoot foreseen at which the creep is stopped by a pulse back."""
     rest_s: float = Field(default=0.2, ge=0, le=10)
     """Least pause between pulses: pump and tube come to rest, the model learns."""
@@ -88,6 +90,8 @@ class GuardSettings(Settings):
     """Volume one way by which pressures or angle must have answered."""
     still_kpa: float = Field(default=0.8, gt=0, le=50)
     """Change of pressure that counts as an answer."""
+    stuck_kpa: float = Field(default=0.05, gt=0, le=10)
+    """A sensor whose readings stay within this range while the pump runs is stuck: noise alone is more."""
     volume_excess: float = Field(default=3.0, gt=1, le=100)
     """A leak is suspected when so many times the foreseen volume has been pumped."""
 
@@ -100,3 +104,8 @@ class BendSettings(Settings):
     paper: PaperSettings = PaperSettings()
     adaptive: AdaptiveSettings = AdaptiveSettings()
     tracking: TrackingSettings = TrackingSettings()
+
+    @property
+    def planned_margin_kpa(self) -> float:
+        """How far below the rig's limit a long pulse is planned to stay."""
+        return self.guard.margin_kpa + self.adaptive.pressure_reserve_kpa

@@ -103,7 +103,7 @@ def flow_needed(law: CreepLaw, trajectory: Trajectory, ahead_s: float) -> FloatA
     at = np.array([ahead_s])
     modes, relaxed, flows = np.zeros(len(MODE_TIMES_S)), 0.0, []
     for time in np.arange(0.0, trajectory.duration, FRAME_S):
-        now = Forecast(modes, relaxed, shares, (law.gain, law.gain), law.ratio, (1.0, 1.0))
+        now = Forecast(modes, relaxed, 0.0, shares, (law.gain, law.gain), law.ratio, (1.0, 1.0))
         missing = trajectory.at(time + ahead_s) - float(now.free(at)[0])
         rate = missing / (ahead_s * float(now.step(at, ahead_s)[0]))
         middle = relaxed + 0.5 * rate * FRAME_S

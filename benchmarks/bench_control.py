@@ -1,0 +1,137 @@
+"""Closed-loop bending over a population of virtual benches: the paper's controller beside ours.
+
+`python -m benchmarks control` runs the first benches of the verdict; `python -m benchmarks.bench_control --all`
+runs all 200 with both controllers and writes benchmarks/data/control_population.csv (half an hour of one core).
+Angles come without pixels, the firmware runs as its native core; figures are of the true angle.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.row import Row
+from tubefoot.control.adaptive import AdaptiveController
+from tubefoot.control.creep import creep_law
+from tubefoot.control.loop import BendLoop
+from tubefoot.control.paper import PaperController
+from tubefoot.control.settings import BendSettings
+from tubefoot.control.trace import step_figures
+from tubefoot.lab.sensing import measure_neutral
+from tubefoot.lab.settings import LimitSettings, RigSettings
+from tubefoot.records import read_table, write_table
+from tubefoot.reduced.files import reference_file
+from tubefoot.twin.bench import VirtualBench
+from tubefoot.twin.population import VERDICT_SEEDS, drawn_bench
+from tubefoot.units import DEG, KPA
+
+TABLE = Path(__file__).parent / "data" / "control_population.csv"
+PRESSURE_KPA = 90.0
+"""Limits of the rig, either way: stiff prints need more than the 60 kPa of a rig file's defaults at 30 deg."""
+FEW = 12
+TARGET_DEG = 30.0
+CONTROLLERS = ("paper", "adaptive")
+
+
+def run() -> list[Row]:
+    rows = [row for seed in VERDICT_SEEDS[:FEW] for name in CONTROLLERS for row in bench_rows(seed, name)]
+    return verdict(rows)
+
+
+def bench_rows(seed: int, name: str, pressure_kpa: float = PRESSURE_KPA) -> list[dict[str, Any]]:
+    """To 30 deg and back on one bench of the population; one row a motion."""
+    limits = LimitSettings(pressure_low_kpa=-pressure_kpa, pressure_high_kpa=pressure_kpa)
+    with VirtualBench(drawn_bench(seed), seed, "native", rig_settings=RigSettings(limits=limits)) as bench:
+        bench.rig.connect()
+        measure_neutral(bench.rig)
+        bench.angles.open()
+        settings = BendSettings()
+        controller = controller_of(name, settings, bench.rig_settings)
+        loop = BendLoop(bench.rig, bench.angles, settings, further=lambda: {"true_deg": bench.truth().bend / DEG})
+        rows: list[dict[str, Any]] = []
+        for part, target in (("to", TARGET_DEG), ("return", 0.0)):
+            controller.aim(target * DEG)
+            motion = loop.run(controller, part=part)
+            true = true_figures(motion.rows, target)
+            figures = step_figures(motion, target) | true
+            reason = figures.pop("end_reason").split(":")[0]
+            rows.append({"seed": seed, "controller": name, "part": part, **figures, "end_reason": reason})
+            if not motion.settled:
+                break
+    return rows
+
+
+def controller_of(name: str, settings: BendSettings, rig: RigSettings) -> PaperController | AdaptiveController:
+    if name == "paper":
+        return PaperController(0.0, settings.goal, settings.paper)
+    reference = reference_file()
+    law = creep_law(reference.to_finger(), reference.to_prony())
+    most = rig.rig_limits().pressure_high - settings.planned_margin_kpa * KPA
+    return AdaptiveController(0.0, law, rig.pump, most, settings.goal, settings.adaptive)
+
+
+def true_figures(rows: list[dict[str, Any]], target_deg: float) -> dict[str, float]:
+    """Overshoot and error in the hold of the finger as it is, which the controller does not see."""
+    bends = np.array([row["true_deg"] for row in rows])
+    times = np.array([row["time_s"] for row in rows])
+    way = 1.0 if bends[0] < target_deg else -1.0
+    hold = bends[times > times[-1] - 2.0] - target_deg
+    return {
+        "true_overshoot_deg": max(0.0, float((way * (bends - target_deg)).max())),
+        "true_hold_error_deg": float(np.abs(hold).mean()),
+        "true_final_error_deg": float(target_deg - bends[-1]),
+    }
+
+
+def verdict(rows: list[dict[str, Any]]) -> list[Row]:
+    """The issue's figures, ours beside the paper's controller."""
+    found = []
+    for part in ("to", "return"):
+        ours, paper = (_of(rows, name, part) for name in ("adaptive", "paper"))
+        note = f"{len(ours)} benches, {sum(_settled(row) for row in ours)} settled"
+        for what, key, share in (
+            ("pulses, median", "iterations", 50),
+            ("pulses, 95 %", "iterations", 95),
+            ("pulses, most", "iterations", 100),
+            ("overshoot, 95 % [deg]", "true_overshoot_deg", 95),
+            ("mean error in the hold, median [deg]", "true_hold_error_deg", 50),
+            ("mean error in the hold, 95 % [deg]", "true_hold_error_deg", 95),
+            ("time to the end of the hold, median [s]", "bench_time_s", 50),
+        ):
+            a, b = (np.percentile([row[key] for row in some if _settled(row)], share) for some in (ours, paper))
+            ratio = float(b / a) if a else None
+            found.append(
+                Row(f"{part} {TARGET_DEG if part == 'to' else 0:g} deg: {what}", a, b, "paper's", ratio, "", note)
+            )
+    return found
+
+
+def _of(rows: list[dict[str, Any]], name: str, part: str) -> list[dict[str, Any]]:
+    return [row for row in rows if row["controller"] == name and row["part"] == part]
+
+
+def _settled(row: dict[str, Any]) -> bool:
+    return str(row["settled"]).lower() == "true"
+
+
+def run_all(pressure_kpa: float, path: Path, names: tuple[str, ...] = CONTROLLERS) -> None:
+    """All benches of the verdict, the table written after each; what is in it is not run again."""
+    rows = read_table(path) if path.exists() else []
+    done = {(row["seed"], row["controller"]) for row in rows}
+    for seed in VERDICT_SEEDS:
+        for name in names:
+            if (seed, name) in done:
+                continue
+            rows += bench_rows(seed, name, pressure_kpa)
+            write_table(path, rows)
+            print(seed, name, flush=True)
+    for row in verdict(rows):
+        print(f"{row.name:<55} {row.ours:8.3f} {row.other or 0:8.3f}  {row.note}")
+
+
+if __name__ == "__main__":
+    if "--all" in sys.argv:
+        run_all(PRESSURE_KPA, TABLE)
