@@ -8,13 +8,15 @@ probability of being on the front and the spread of the front's hypervolume.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
 from tubefoot.study.ranking import FloatArray, pareto_set
 
-DRAWS = 400
+DRAWS = 200
 """Draws of all objectives."""
+POINTS = 2048
 
 
 @dataclass(frozen=True)
@@ -50,14 +52,22 @@ def uncertain_front(costs: FloatArray, spread: FloatArray, seed: int = 1) -> Fro
     return Front(inside, hits / DRAWS, (float(median), float(low), float(high)))
 
 
-def hypervolume(costs: FloatArray, best: FloatArray, worst: FloatArray, points: int = 4096) -> float:
-    """Share of the box between two corners that some design betters.
+def hypervolume(costs: FloatArray, best: FloatArray, worst: FloatArray) -> float:
+    """Share of the box between two corners that some design betters, by 2048 Sobol points.
 
-    costs : (n, m) of the front; best, worst : (m,) corners of the box; points : by so many Sobol points
+    costs : (n, m) of the front; best, worst : (m,) corners of the box
     """
-    from scipy.stats import qmc
-
     span = np.where(worst > best, worst - best, 1.0)
     placed = (costs - best) / span
-    grid = qmc.Sobol(costs.shape[1], scramble=False).random(points)
-    return float((placed[None, :, :] <= grid[:, None, :]).all(axis=2).any(axis=1).mean())
+    bettered = np.ones((POINTS, len(costs)), dtype=bool)
+    for k, axis in enumerate(_box_points(costs.shape[1]).T):
+        bettered &= placed[:, k] <= axis[:, None]
+    return float(bettered.any(axis=1).mean())
+
+
+@cache
+def _box_points(dimensions: int) -> FloatArray:
+    """Points spread evenly over the unit box, (POINTS, m)."""
+    from scipy.stats import qmc
+
+    return np.asarray(qmc.Sobol(dimensions, scramble=False).random(POINTS))

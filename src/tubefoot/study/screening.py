@@ -228,9 +228,14 @@ class Screening:
     def _picked(self, numbers: set[int]) -> Iterator[Candidate]:
         return (candidate for k, candidate in enumerate(self.candidates()) if k in numbers)
 
+    def _look_record(self, candidate: Candidate) -> Row | None:
+        if not self.study.look.use:
+            return None
+        return finished(self.look_job(candidate, look_solve(self.study)))
+
     def _looked(self, candidate: Candidate) -> np.ndarray:
         """Figures of a candidate's look, NaN where it gave none."""
-        record = finished(self.look_job(candidate, look_solve(self.study)))
+        record = self._look_record(candidate)
         if record is None or record["status"] != "solved":
             return np.full(len(LOOKED), np.nan)
         return looked_figures(record, candidate.tables["bellows"]["units"], self.study.look)
@@ -259,7 +264,7 @@ class Screening:
             return job, record, "full"
         if self.calibration is not None:
             look = self.look_job(candidate, look_solve(self.study))
-            if (record := finished(look)) is not None:
+            if (record := self._look_record(candidate)) is not None:
                 return look, self.foretold(candidate, record), "look"
         return (
             job,
@@ -323,6 +328,8 @@ class Screening:
                 row |= {"score": float(scores[k]), "rank": int(ranks[k]) or None, "pareto": bool(front[k])}
                 counts[record["status"]] += 1
                 spent[job.key] = record["core_s"]
+                if source == "full" and (look := self._look_record(candidate)) is not None:
+                    spent[f"look {job.key}"] = look["core_s"]
                 if 0 < ranks[k] <= last:
                     best.append(row)
                 yield row

@@ -9,7 +9,6 @@ counted among the evaluated.
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -34,7 +33,7 @@ WORST = (0.0, 1e4, 1e4)
 """Objectives told for an infeasible design; samplers go by its constraint."""
 MOST_TRIALS = 20
 """Designs asked for, over those to evaluate, before a search without feasible designs is given up."""
-VIOLATION = "constraints"
+VIOLATION = "infeasibility"
 
 
 @dataclass
@@ -95,7 +94,7 @@ class Search:
         trial.record, trial.feasible = record, values is not None
         self.counts[record["status"] if values or record["status"] != "solved" else "angle not reached"] += 1
         distance = 0.0 if values else infeasibility(record, self.study.rank.angle_deg)
-        trial.asked.set_user_attr(VIOLATION, distance)
+        trial.asked.set_constraint(VIOLATION, distance)
         self._optuna.tell(trial.asked, values or WORST)
 
     def warm_start(self, table: Path) -> int:
@@ -126,7 +125,7 @@ class Search:
                     params=params,
                     distributions=self._distributions,
                     values=values,
-                    user_attrs={VIOLATION: 0.0},
+                    constraints={VIOLATION: 0.0},
                 )
             )
             taken += 1
@@ -146,7 +145,7 @@ def run_search(
     ahead, wanted = search.settings.ahead, search.settings.designs
     told = 0
     waiting: dict[int, Row] = {}
-    queue: list[Trial] = [search.ask() for _ in range(ahead)]
+    queue: list[Trial] = [search.ask() for _ in range(min(ahead, wanted))]
     number = {id(trial): k for k, trial in enumerate(queue)}
     feed = _Feed(queue)
     for trial, record in evaluate_all(feed):
@@ -154,9 +153,9 @@ def run_search(
         while told in waiting:
             search.tell(search.trials[told], waiting.pop(told))
             told += 1
-            if search.evaluated < wanted:
+            while (open_ones := len(search.trials) - told) < min(ahead, wanted - search.evaluated):
                 fresh = search.ask()
-                number[id(fresh)] = len(search.trials) - 1
+                number[id(fresh)] = told + open_ones
                 queue.append(fresh)
             if len(search.trials) > MOST_TRIALS * wanted:
                 raise ConfigError(
@@ -206,21 +205,16 @@ def _values(record: Row) -> tuple[float, ...] | None:
 def _sampler(settings: SearchSettings) -> optuna.samplers.BaseSampler:
     import optuna
 
-    if settings.sampler == "sobol":
-        return optuna.samplers.QMCSampler(seed=settings.seed, warn_independent_sampling=False)
+    if settings.sampler == "random":
+        return optuna.samplers.RandomSampler(seed=settings.seed)
     if settings.sampler == "nsga2":
-        return optuna.samplers.NSGAIISampler(seed=settings.seed, constraints_func=_constraints)
+        return optuna.samplers.NSGAIISampler(seed=settings.seed)
     return optuna.samplers.TPESampler(
         seed=settings.seed,
         n_startup_trials=settings.startup,
         multivariate=True,
         constant_liar=True,
-        constraints_func=_constraints,
     )
-
-
-def _constraints(trial: optuna.trial.FrozenTrial) -> tuple[float]:
-    return (float(trial.user_attrs.get(VIOLATION, math.inf)),)
 
 
 def _distribution(key: str, axis: Span | list[Number]) -> Any:

@@ -103,7 +103,7 @@ class SearchSettings(Settings):
     designs: Annotated[int, Field(ge=10, le=100_000)] = 300
     """How many designs are evaluated."""
     seed: Annotated[int, Field(ge=0)] = 1
-    sampler: Literal["tpe", "nsga2", "sobol"] = "tpe"
+    sampler: Literal["tpe", "nsga2", "random"] = "tpe"
     startup: Annotated[int, Field(ge=1, le=10_000)] = 40
     """Random designs before the sampler learns."""
     ahead: Annotated[int, Field(ge=1, le=10_000)] = 8
