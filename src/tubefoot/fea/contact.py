@@ -1,12 +1,17 @@
 """Frictionless contact of a wall with itself: a barrier that grows smoothly from a small reach on.
 
-Each quadrature point of the wall looks for the facet opposite and carries, per undeformed area, half of
+Each quadrature point of the wall looks along its normal for the facet opposite (`proximity`) and carries, per
+undeformed area, half of
 
     w(g) = k / (3 d) max(0, d - g)^3,   pressure -w'(g) = k / d (d - g)^2,
 
-the other half coming from the points over there, so that neither side is master. g is the distance to the
-closest point of the curved facet (`proximity`), d the reach: nothing acts across a wider gap. The energy is
-that of g(u) with the closest point eliminated, so its residual and tangent are exact.
+the other half coming from the points over there, so that neither side is master. g is the gap, d the reach:
+nothing acts across a wider gap. With F = x + g n - X(s, t) = 0 solved for z = (g, s, t), J = dF/dz, a the
+first row of its inverse,
+
+    z_u = -J^-1 F_u,   g_uv = -a . (g_u n_v + g_v n_u + g n_uv - second derivatives of X),
+
+so residual and tangent are those of the energy, and forces and moments of both sides cancel.
 """
 
 from __future__ import annotations
@@ -22,7 +27,7 @@ from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import closest_point, facet_powers, find_opposite
+from tubefoot.fea.proximity import facet_powers, find_opposite, gap_along
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -55,83 +60,102 @@ class Barrier:
 
 
 @njit(cache=True, error_model="numpy")
+def cross(a, b, out):  # type: ignore[no-untyped-def]
+    """Write the vector product of two vectors.
+
+    a, b : (3,); out : (3,) out
+    """
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        out[i] = a[j] * b[k] - a[k] * b[j]
+
+
+@njit(cache=True, error_model="numpy")
 def add_contact(  # type: ignore[no-untyped-def]
-    gap, normal, surface, place_slopes, own_shape, other_shape, weight, barrier, residual, matrix
+    gap, tangents, surface, own, other, weight, barrier, rates, turns, residual, matrix
 ):
     """Add a sample's energy to an element of its own facet's nodes and the other's; the energy [mJ].
 
-    gap : below the reach; normal : (3,); surface : (6, 3) of `surface_at`
-    place_slopes : (2, n) slopes of the other facet's shape functions at the closest point
-    own_shape, other_shape : (n,); weight : undeformed area [mm^2]; barrier : (reach, stiffness)
-    residual : (6 n,), matrix : (6 n, 6 n) in and out
+    gap : below the reach; tangents : (2, 3) of the own facet; surface : (6, 3) of `surface_at`
+    own, other : (3, n) shape functions and their slopes at the sample and opposite
+    weight : undeformed area [mm^2]; barrier : (reach, stiffness)
+    rates : (6, 6 n), turns : (3, 6 n) scratch; residual : (6 n,), matrix : (6 n, 6 n) in and out
     """
     reach, stiffness = barrier
-    n = own_shape.shape[0]
+    n = own.shape[1]
+    size = 3 * n
     excess = reach - gap
     first = -weight * stiffness / reach * excess * excess
     second = 2.0 * weight * stiffness / reach * excess
-    # Metric less gap times curvature, inverted (c); a^-1 b c (h).
-    a00 = a01 = a11 = b00 = b01 = b11 = 0.0
-    for i in range(3):
-        a00 += surface[1, i] * surface[1, i]
-        a01 += surface[1, i] * surface[2, i]
-        a11 += surface[2, i] * surface[2, i]
-        b00 += normal[i] * surface[3, i]
-        b01 += normal[i] * surface[4, i]
-        b11 += normal[i] * surface[5, i]
-    m00, m01, m11 = a00 - gap * b00, a01 - gap * b01, a11 - gap * b11
-    determinant = m00 * m11 - m01 * m01
-    c00, c01, c11 = m11 / determinant, -m01 / determinant, m00 / determinant
-    area = a00 * a11 - a01 * a01
-    p00, p01 = (a11 * b00 - a01 * b01) / area, (a11 * b01 - a01 * b11) / area
-    p10, p11 = (a00 * b01 - a01 * b00) / area, (a00 * b11 - a01 * b01) / area
-    h = np.empty((2, 2))
-    h[0, 0], h[0, 1] = p00 * c00 + p01 * c01, p00 * c01 + p01 * c11
-    h[1, 0], h[1, 1] = p10 * c00 + p11 * c01, p10 * c01 + p11 * c11
-    c = np.array([[c00, c01], [c01, c11]])
-    tangents = surface[1:3]
-    # c applied to the tangents, h applied to both sides of them.
-    ct = np.empty((2, 3))
-    tht = np.empty((3, 3))
-    for i in range(3):
-        for s in range(2):
-            ct[s, i] = c[s, 0] * tangents[0, i] + c[s, 1] * tangents[1, i]
-    for i in range(3):
-        for j in range(3):
-            tht[i, j] = 0.0
-            for s in range(2):
-                for t in range(2):
-                    tht[i, j] += h[s, t] * tangents[s, i] * tangents[t, j]
-    w = np.empty(2 * n)
-    v = np.zeros((2, 2 * n))
-    for a in range(n):
-        w[a] = own_shape[a]
-        w[n + a] = -other_shape[a]
-        v[0, n + a] = place_slopes[0, a]
-        v[1, n + a] = place_slopes[1, a]
-    for a in range(2 * n):
+    normal, dual = np.empty(3), np.empty((3, 3))
+    cross(tangents[0], tangents[1], normal)
+    length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+    normal /= length
+    cross(surface[1], surface[2], dual[0])
+    cross(normal, surface[2], dual[1])
+    cross(surface[1], normal, dual[2])
+    dual /= normal[0] * dual[0, 0] + normal[1] * dual[0, 1] + normal[2] * dual[0, 2]
+    a = dual[0]
+    # Rates by each unknown: g, s, t; a . n; the logarithm of |c|, c the area vector; turns: n itself.
+    rates[:] = 0.0
+    turns[:] = 0.0
+    unit, change = np.empty(3), np.empty(3)
+    for node in range(n):
         for i in range(3):
-            residual[3 * a + i] += first * w[a] * normal[i]
-    for a in range(2 * n):
-        for b in range(2 * n):
-            ww = w[a] * w[b]
-            bending = 0.0
+            p = 3 * node + i
+            for m in range(3):
+                unit[m] = own[1, node] * tangents[1, m] - own[2, node] * tangents[0, m]
+            # e_i x unit
+            j, k = (i + 1) % 3, (i + 2) % 3
+            change[i], change[j], change[k] = 0.0, -unit[k], unit[j]
+            along = (normal[0] * change[0] + normal[1] * change[1] + normal[2] * change[2]) / length
+            rates[4, p] = along
+            for m in range(3):
+                turns[m, p] = change[m] / length - along * normal[m]
+                rates[3, p] += a[m] * turns[m, p]
+            for z in range(3):
+                value = own[0, node] * dual[z, i]
+                for m in range(3):
+                    value += gap * dual[z, m] * turns[m, p]
+                rates[z, p] = -value
+                rates[z, size + p] = other[0, node] * dual[z, i]
+    across, bent = np.empty(3), np.empty((2, 2))
+    for m in range(3):
+        across[m] = (a[m] - normal[m]) / length
+    bent[0, 0] = a[0] * surface[3, 0] + a[1] * surface[3, 1] + a[2] * surface[3, 2]
+    bent[0, 1] = a[0] * surface[4, 0] + a[1] * surface[4, 1] + a[2] * surface[4, 2]
+    bent[1, 0] = bent[0, 1]
+    bent[1, 1] = a[0] * surface[5, 0] + a[1] * surface[5, 1] + a[2] * surface[5, 2]
+    for p in range(2 * size):
+        residual[p] += first * rates[0, p]
+        node_p, i = (p % size) // 3, p % 3
+        for q in range(2 * size):
+            node_q, j = (q % size) // 3, q % 3
+            value = rates[0, p] * rates[3, q] + rates[0, q] * rates[3, p]
+            if p < size and q < size:
+                twist = 0.0
+                if i != j:
+                    sign = 1.0 if (i + 1) % 3 == j else -1.0
+                    slopes = own[1, node_p] * own[2, node_q] - own[1, node_q] * own[2, node_p]
+                    twist = sign * slopes * across[3 - i - j]
+                turning = turns[0, p] * turns[0, q] + turns[1, p] * turns[1, q] + turns[2, p] * turns[2, q]
+                mixed = rates[4, q] * rates[3, p] + rates[4, p] * rates[3, q]
+                value += gap * (twist - mixed - turning)
             for s in range(2):
+                if q >= size:
+                    value -= rates[1 + s, p] * other[1 + s, node_q] * a[j]
+                if p >= size:
+                    value -= rates[1 + s, q] * other[1 + s, node_p] * a[i]
                 for t in range(2):
-                    bending += c[s, t] * v[s, a] * v[t, b]
-            for i in range(3):
-                left = ct[0, i] * v[0, b] + ct[1, i] * v[1, b]
-                for j in range(3):
-                    right = ct[0, j] * v[0, a] + ct[1, j] * v[1, a]
-                    curved = ww * tht[i, j] + w[a] * normal[j] * left + w[b] * normal[i] * right
-                    curved += gap * normal[i] * normal[j] * bending
-                    matrix[3 * a + i, 3 * b + j] += second * ww * normal[i] * normal[j] - first * curved
+                    value -= bent[s, t] * rates[1 + s, p] * rates[1 + t, q]
+            matrix[p, q] += second * rates[0, p] * rates[0, q] - first * value
     return weight * stiffness / (3.0 * reach) * excess**3
 
 
 @njit(cache=True, error_model="numpy")
 def assemble_contacts(  # type: ignore[no-untyped-def]
     points,
+    tangents,
     facet,
     row,
     places,
@@ -145,21 +169,22 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     residuals,
     matrices,
 ):
-    """The energy [mJ] of all samples with a partner; nan where a closest point got lost.
+    """The energy [mJ] of all samples with a partner; nan where a partner got lost.
 
-    points : (n_samples, 3); facet : (n_samples,) partner or -1; row : (n_samples,) element of the pair
+    points : (n_samples, 3), tangents : (n_samples, 2, 3) of the samples
+    facet : (n_samples,) partner or -1; row : (n_samples,) element of the pair
     places : (n_samples, 2) in and out; gaps : (n_samples,) out, infinite without a partner
     powers, coefficients : see `facet_powers`; polynomials : (n_facets, n_monomials, 3)
-    own_shapes : (n_q, n_nodes), of sample k at k % n_q; weights : (n_samples,) [mm^2]
-    barrier : (reach, stiffness)
+    own_shapes : (n_q, 3, n_nodes) shape functions and slopes, of sample k at k % n_q
+    weights : (n_samples,) [mm^2]; barrier : (reach, stiffness)
     residuals : (n_pairs, 6 n_nodes), matrices : (n_pairs, 6 n_nodes, 6 n_nodes) out
     """
     residuals[:] = 0.0
     matrices[:] = 0.0
-    n_q, n = own_shapes.shape
+    n_q, _, n = own_shapes.shape
     surface, normal = np.empty((6, 3)), np.empty(3)
-    basis = np.empty((powers.shape[0], 3))
-    shapes = np.empty((3, n))
+    basis, shapes = np.empty((powers.shape[0], 3)), np.empty((3, n))
+    rates, turns = np.empty((6, 6 * n)), np.empty((3, 6 * n))
     total = 0.0
     for sample in range(points.shape[0]):
         gaps[sample] = np.inf
@@ -167,7 +192,9 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
         if other < 0:
             continue
         place = places[sample]
-        gap = closest_point(powers, polynomials[other], points[sample], place, surface, normal)
+        cross(tangents[sample, 0], tangents[sample, 1], normal)
+        normal /= np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
+        gap = gap_along(powers, polynomials[other], points[sample], normal, place, surface)
         gaps[sample] = gap
         if np.isnan(gap):
             return np.nan
@@ -186,13 +213,14 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
                     shapes[k, c] += basis[m, k] * coefficients[m, c]
         total += add_contact(
             gap,
-            normal,
+            tangents[sample],
             surface,
-            shapes[1:],
             own_shapes[sample % n_q],
-            shapes[0],
+            shapes,
             weights[sample],
             barrier,
+            rates,
+            turns,
             residuals[row[sample]],
             matrices[row[sample]],
         )
@@ -222,7 +250,8 @@ class SelfContact:
         self._triangle = kind.n_corners == 3
         self._powers, self._coefficients = facet_powers(kind)
         self._shape = np.ascontiguousarray(kind.shape(kind.quadrature_points))
-        self._slopes = kind.shape_gradient(kind.quadrature_points)
+        slopes = np.moveaxis(kind.shape_gradient(kind.quadrature_points), -1, 1)
+        self._own_shapes = np.ascontiguousarray(np.concatenate([self._shape[:, None], slopes], axis=1))
         self._own = np.repeat(np.arange(len(self.nodes)), len(self._shape))
         normals = self._area_vectors(mesh.points)
         shares = np.tile(kind.quadrature_weights, len(self.nodes))
@@ -272,6 +301,7 @@ class SelfContact:
         positions = self._positions(state)
         energy = assemble_contacts(
             self._sampled(positions),
+            self._tangents(positions),
             self._facet,
             self._row,
             self._places,
@@ -279,7 +309,7 @@ class SelfContact:
             self._powers,
             self._coefficients,
             self._coefficients @ positions[self.nodes],
-            self._shape,
+            self._own_shapes,
             self._weights,
             (self.barrier.reach, self.barrier.stiffness),
             self._residuals,
@@ -345,8 +375,11 @@ class SelfContact:
     def _sampled(self, positions: FloatArray) -> FloatArray:
         return np.einsum("qa,fai->fqi", self._shape, positions[self.nodes]).reshape(-1, 3)
 
+    def _tangents(self, positions: FloatArray) -> FloatArray:
+        return np.einsum("qda,fai->fqdi", self._own_shapes[:, 1:], positions[self.nodes]).reshape(-1, 2, 3)
+
     def _area_vectors(self, positions: FloatArray) -> FloatArray:
-        tangents = np.einsum("qad,fai->fqdi", self._slopes, positions[self.nodes]).reshape(-1, 2, 3)
+        tangents = self._tangents(positions)
         return np.cross(tangents[:, 0], tangents[:, 1])
 
     def _opposite(

@@ -1,8 +1,9 @@
-"""Which facet lies opposite a point of a wall, and how far: closest points on curved facets (compiled).
+"""Which facet lies opposite a point of a wall, and how far, along the wall's own normal (compiled).
 
-A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. The closest
-point to x solves (x - X) . X_,s = (x - X) . X_,t = 0; there the gap is g = n . (x - X), n the unit normal out
-of the solid that the facet bounds, negative where x has entered it.
+A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. From a point
+x with unit normal n out of its solid, X(s, t) = x + g n gives the place on the facet and the gap g, negative
+where the walls overlap. Sliding from facet to facet the gap is continuous, since the surface is; distances to
+the closest point are not, where facets meet at an angle.
 """
 
 from __future__ import annotations
@@ -18,9 +19,9 @@ IntArray = NDArray[np.int64]
 
 OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
-BEYOND = 0.05
-"""How far outside a facet's edge, in reference units, a closest point still belongs to it."""
-KEPT = 0.15
+BEYOND = 0.01
+"""How far outside a facet's edge, in reference units, a place still belongs to it."""
+KEPT = 0.05
 """How far outside it may lie for a facet to remain the partner; more than BEYOND, so that a point between two
 facets does not change from one to the other and back."""
 NEIGHBOUR = 0.7
@@ -54,29 +55,40 @@ def surface_at(powers, polynomial, s, t, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def closest_point(powers, polynomial, x, place, surface, normal):  # type: ignore[no-untyped-def]
-    """The gap of a point to a facet, nan where the iteration does not settle.
+def gap_along(powers, polynomial, x, normal, place, surface):  # type: ignore[no-untyped-def]
+    """The gap from a point along its normal to a facet, nan where the line misses it or the search fails.
 
-    powers, polynomial : of the facet; x : (3,) the point
-    place : (2,) in and out, reference coordinates of the closest point
-    surface : (6, 3) out, see `surface_at`; normal : (3,) out, unit normal
+    powers, polynomial : of the facet; x, normal : (3,) the point and its unit normal
+    place : (2,) in and out, reference coordinates of where the line meets the facet
+    surface : (6, 3) out, see `surface_at`
     """
+    axis = 0
+    for i in range(1, 3):
+        if abs(normal[i]) < abs(normal[axis]):
+            axis = i
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    # Two directions across the normal: e_axis x n, and that times n.
+    first, second = np.zeros(3), np.empty(3)
+    first[j], first[k] = -normal[k], normal[j]
+    for i in range(3):
+        m, o = (i + 1) % 3, (i + 2) % 3
+        second[i] = normal[m] * first[o] - normal[o] * first[m]
     for _ in range(20):
         surface_at(powers, polynomial, place[0], place[1], surface)
-        rs = rt = 0.0
-        ss = st = tt = 0.0
+        r1 = r2 = a11 = a12 = a21 = a22 = 0.0
         for i in range(3):
             d = x[i] - surface[0, i]
-            rs += d * surface[1, i]
-            rt += d * surface[2, i]
-            ss += surface[1, i] * surface[1, i] - d * surface[3, i]
-            st += surface[1, i] * surface[2, i] - d * surface[4, i]
-            tt += surface[2, i] * surface[2, i] - d * surface[5, i]
-        determinant = ss * tt - st * st
-        if not determinant > 0.0:
+            r1 += first[i] * d
+            r2 += second[i] * d
+            a11 += first[i] * surface[1, i]
+            a12 += first[i] * surface[2, i]
+            a21 += second[i] * surface[1, i]
+            a22 += second[i] * surface[2, i]
+        determinant = a11 * a22 - a12 * a21
+        if determinant == 0.0:
             return np.nan
-        step_s = (tt * rs - st * rt) / determinant
-        step_t = (ss * rt - st * rs) / determinant
+        step_s = (a22 * r1 - a12 * r2) / determinant
+        step_t = (a11 * r2 - a21 * r1) / determinant
         size = max(abs(step_s), abs(step_t))
         shorten = 1.0 if size < 0.7 else 0.7 / size
         place[0] += shorten * step_s
@@ -85,15 +97,9 @@ def closest_point(powers, polynomial, x, place, surface, normal):  # type: ignor
             return np.nan
         if size < 1e-11:
             surface_at(powers, polynomial, place[0], place[1], surface)
-            length = 0.0
-            for i in range(3):
-                j, k = (i + 1) % 3, (i + 2) % 3
-                normal[i] = surface[1, j] * surface[2, k] - surface[1, k] * surface[2, j]
-                length += normal[i] * normal[i]
             gap = 0.0
             for i in range(3):
-                normal[i] /= np.sqrt(length)
-                gap += normal[i] * (x[i] - surface[0, i])
+                gap += normal[i] * (surface[0, i] - x[i])
             return gap
     return np.nan
 
@@ -108,6 +114,21 @@ def outside_facet(place, triangle):  # type: ignore[no-untyped-def]
     if triangle:
         return max(-s, -t, s + t - 1.0)
     return max(abs(s), abs(t)) - 1.0
+
+
+@njit(cache=True, error_model="numpy")
+def facing_cosine(surface, normal):  # type: ignore[no-untyped-def]
+    """Cosine between a facet's normal and another one.
+
+    surface : (6, 3) of `surface_at`; normal : (3,) of unit length
+    """
+    product, length = 0.0, 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        across = surface[1, j] * surface[2, k] - surface[1, k] * surface[2, j]
+        product += across * normal[i]
+        length += across * across
+    return product / np.sqrt(length)
 
 
 @njit(cache=True)
@@ -154,8 +175,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
     widest = spheres[:, 3].max() + max(reach, depth)
     ordered = spheres[order, axis]
     for sample in prange(points.shape[0]):
-        place, normal = np.empty(2), np.empty(3)
-        surface = np.empty((6, 3))
+        place, surface = np.empty(2), np.empty((6, 3))
         partner = facet[sample]
         facet[sample] = -1
         gaps[sample] = np.inf
@@ -183,14 +203,11 @@ def find_opposite(  # type: ignore[no-untyped-def]
             if _touch(nodes, own[sample], candidate):
                 continue
             place[:] = 1.0 / 3.0 if triangle else 0.0
-            gap = closest_point(powers, polynomials[candidate], x, place, surface, normal)
+            gap = gap_along(powers, polynomials[candidate], x, normals[sample], place, surface)
             outside = outside_facet(place, triangle)
             if not (-depth < gap < reach) or outside > NEIGHBOUR:
                 continue
-            cosine = 0.0
-            for i in range(3):
-                cosine += normal[i] * normals[sample, i]
-            if cosine > OPPOSED:
+            if facing_cosine(surface, normals[sample]) > OPPOSED:
                 continue
             if count < others.shape[1]:
                 others[sample, count] = candidate

@@ -1,0 +1,133 @@
+"""`python -m benchmarks.robustness [--count 200] [--seed 7]`: do random designs solve, or end with a reason?
+
+Draws designs far wider than the reference finger, leaves out those that the geometry rules refuse, and
+solves each to P_right = 35 kPa with self-contact, on a coarse mesh. Rows go to build/robustness.csv one by
+one, and a second call goes on where the first was stopped. Prints how many ended how.
+"""
+
+import argparse
+import contextlib
+import time
+import traceback
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from tubefoot.design.finger import FingerDesign
+from tubefoot.errors import ConvergenceError, GeometryError
+from tubefoot.fea.finger_model import SolveSettings, build_finger, largest_stretch
+from tubefoot.fea.measures import percentile
+from tubefoot.fea.path import StepControl, follow
+from tubefoot.records import read_table, write_table
+from tubefoot.units import DEG, KPA
+
+TABLE = Path("build/robustness.csv")
+SETTINGS = SolveSettings(element_size_mm=3.0, states=6, fields="none")
+REACHED = "goal reached"
+PHYSICAL = ("absolute vacuum", "full collapse", "rupture strain")
+
+
+def random_table(rng: np.random.Generator) -> dict[str, Any]:
+    """Settings of a design, drawn evenly."""
+
+    def between(low: float, high: float) -> float:
+        return round(float(rng.uniform(low, high)), 3)
+
+    return {
+        "bellows": {
+            "units": int(rng.integers(1, 5)),
+            "fold_run_mm": between(1.5, 9.0),
+            "fold_rise_mm": between(0.0, 2.5),
+            "crest_flat_mm": between(2.0, 8.0),
+            "valley_flat_mm": between(0.5, 3.0),
+            "fold_wall_mm": between(0.5, 2.5),
+            "valley_wall_mm": between(0.5, 3.0),
+            "partition_mm": between(0.6, 4.0),
+            "chamber_gap_mm": between(0.5, 5.0),
+            "height_mm": between(5.0, 16.0),
+            "side_wall_mm": between(0.6, 3.0),
+            "cap_mm": between(2.0, 6.0),
+            "fillet_outside_mm": float(rng.choice([0.0, between(0.1, 0.5)])),
+            "fillet_chamber_mm": float(rng.choice([0.0, between(0.1, 0.5)])),
+        },
+        "body": {"scale": between(0.4, 1.7)},
+    }
+
+
+def designs(seed: int, count: int) -> list[tuple[int, FingerDesign]]:
+    """The first designs of a seed that the rules accept, with their number in the sequence."""
+    rng = np.random.default_rng(seed)
+    found: list[tuple[int, FingerDesign]] = []
+    number = 0
+    while len(found) < count:
+        table = random_table(rng)
+        with contextlib.suppress(GeometryError):
+            found.append((number, FingerDesign.model_validate({"name": f"random-{number}", **table})))
+        number += 1
+    return found
+
+
+def solve(design: FingerDesign) -> dict[str, Any]:
+    """How a design's path ended, and where."""
+    started = time.perf_counter()
+    row: dict[str, Any] = {"end": "", "bend_deg": "", "pressure_right_kpa": "", "pressure_left_kpa": ""}
+    last = None
+    deepest = np.inf
+    rupture = 1.0 + design.body.elongation_at_break_percent / 100.0
+
+    def watch(step, wall_s):
+        nonlocal last, deepest
+        stretch = percentile(largest_stretch(finger.solid, step.state.unknowns), finger.solid.weights, 0.999)
+        if stretch > rupture:
+            return f"rupture strain: the largest stretch passes {rupture:.2f}"
+        last, deepest = step, min(deepest, step.min_gap)
+        return None
+
+    try:
+        finger = build_finger(design, SETTINGS)
+        row["end"] = follow(
+            finger.model, finger.goal, finger.limits, StepControl(states=SETTINGS.states), watch
+        ).end_reason
+    except (GeometryError, ConvergenceError) as error:
+        row["end"] = f"{type(error).__name__}: {error}".splitlines()[0]
+    except Exception as error:
+        row["end"] = f"exception {type(error).__name__}: {error} ({traceback.format_exc().splitlines()[-3]})"
+    if last is not None:
+        row["bend_deg"] = finger.tip(last.state.unknowns)[0] / DEG
+        row["pressure_right_kpa"], row["pressure_left_kpa"] = (float(p) / KPA for p in last.state.pressures)
+        row["gap_mm"] = deepest if np.isfinite(deepest) else ""
+    else:
+        row["gap_mm"] = ""
+    row["wall_s"] = time.perf_counter() - started
+    return row
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=7)
+    arguments = parser.parse_args()
+    rows = read_table(TABLE) if TABLE.exists() else []
+    done = {(int(float(row["seed"])), int(float(row["number"]))) for row in rows}
+    for number, design in designs(arguments.seed, arguments.count):
+        if (arguments.seed, number) in done:
+            continue
+        row = {"seed": arguments.seed, "number": number, "units": design.bellows.units, **solve(design)}
+        rows.append(row)
+        write_table(TABLE, rows)
+        print(f"{len(rows):4d}  design {number}: {row['end']}", flush=True)
+    mine = [row for row in rows if int(float(row["seed"])) == arguments.seed]
+    ends = Counter(_kind(str(row["end"])) for row in mine)
+    for kind, count in ends.most_common():
+        print(f"{count:4d} of {len(mine)}  {kind}")
+
+
+def _kind(end: str) -> str:
+    """The end of a path without its numbers."""
+    return next((known for known in (REACHED, *PHYSICAL) if end.startswith(known)), end)
+
+
+if __name__ == "__main__":
+    main()
