@@ -1,7 +1,7 @@
 """Closed-loop bending over a population of virtual benches: the paper's controller beside ours.
 
-`python -m benchmarks control` runs the first benches of the verdict; `python -m benchmarks.bench_control --all`
-runs all 200 with both controllers and writes benchmarks/data/control_population.csv (half an hour of one core).
+`python -m benchmarks control` runs the first benches of the verdict; with both controllers on all 200,
+`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in half an hour.
 Angles come without pixels, the firmware runs as its native core; figures are of the true angle.
 """
 
@@ -30,7 +30,7 @@ from tubefoot.units import DEG, KPA
 
 TABLE = Path(__file__).parent / "data" / "control_population.csv"
 PRESSURE_KPA = 90.0
-"""Limits of the rig, either way: stiff prints need more than the 60 kPa of a rig file's defaults at 30 deg."""
+"""Limits of the rig, either way: stiff prints need more than the 60 kPa of a rig file's defaults."""
 FEW = 12
 TARGET_DEG = 30.0
 CONTROLLERS = ("paper", "adaptive")
@@ -50,7 +50,9 @@ def bench_rows(seed: int, name: str, pressure_kpa: float = PRESSURE_KPA) -> list
         bench.angles.open()
         settings = BendSettings()
         controller = controller_of(name, settings, bench.rig_settings)
-        loop = BendLoop(bench.rig, bench.angles, settings, further=lambda: {"true_deg": bench.truth().bend / DEG})
+        loop = BendLoop(
+            bench.rig, bench.angles, settings, further=lambda: {"true_deg": bench.truth().bend / DEG}
+        )
         rows: list[dict[str, Any]] = []
         for part, target in (("to", TARGET_DEG), ("return", 0.0)):
             controller.aim(target * DEG)
@@ -64,7 +66,9 @@ def bench_rows(seed: int, name: str, pressure_kpa: float = PRESSURE_KPA) -> list
     return rows
 
 
-def controller_of(name: str, settings: BendSettings, rig: RigSettings) -> PaperController | AdaptiveController:
+def controller_of(
+    name: str, settings: BendSettings, rig: RigSettings
+) -> PaperController | AdaptiveController:
     if name == "paper":
         return PaperController(0.0, settings.goal, settings.paper)
     reference = reference_file()
@@ -101,10 +105,20 @@ def verdict(rows: list[dict[str, Any]]) -> list[Row]:
             ("mean error in the hold, 95 % [deg]", "true_hold_error_deg", 95),
             ("time to the end of the hold, median [s]", "bench_time_s", 50),
         ):
-            a, b = (np.percentile([row[key] for row in some if _settled(row)], share) for some in (ours, paper))
+            a, b = (
+                np.percentile([row[key] for row in some if _settled(row)], share) for some in (ours, paper)
+            )
             ratio = float(b / a) if a else None
             found.append(
-                Row(f"{part} {TARGET_DEG if part == 'to' else 0:g} deg: {what}", a, b, "paper's", ratio, "", note)
+                Row(
+                    f"{part} {TARGET_DEG if part == 'to' else 0:g} deg: {what}",
+                    a,
+                    b,
+                    "paper's",
+                    ratio,
+                    "",
+                    note,
+                )
             )
     return found
 

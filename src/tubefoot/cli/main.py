@@ -89,6 +89,12 @@ app.command(
     help="Bending angle, theta1 and theta2 from a camera, video, pictures or recording.\n\n"
     "Example: `tubefoot track virtual --frames 60 --out out/track`",
 )
+app.command(
+    "tubefoot.cli.bend:bend",
+    name="bend",
+    help="Bend the finger in closed loop, on the bench or --sim.\n\n"
+    "Example: `tubefoot bend 30 --sim --return --out out/bend-30`",
+)
 
 
 def main() -> None:

@@ -1,11 +1,11 @@
 """Our controller: pulses chosen by a model of the finger that is learnt while it moves.
 
-A soft finger with trapped air creeps long after a pulse. So each decision looks at the angle to come, not at
-the present one. A long pulse at moderate duty fills the chamber until the creep alone will bring the finger to
-the target a little later; it ends as soon as the model, corrected at every frame, sees enough fluid in place.
-When the creep arrives, a short pulse back stops it. Of all volumes the one is taken that leaves the smallest
-error (least squares) over the coming hold; the pulse is given only when that leaves the finger within the
-hold's tolerance, or when it would overshoot otherwise.
+A soft finger with trapped air creeps long after a pulse. So each decision looks at the angle to come, not
+at the present one. A long pulse fills the chamber until the creep alone will bring the finger to the target
+a little later; its duty follows the pressure that is foreseen, and it ends as soon as the model, corrected
+at every frame, sees enough fluid in place. When the creep arrives, a short pulse back stops it. Of all
+volumes the one is taken that leaves the smallest error (least squares) over the coming hold; the pulse is
+given only when that leaves the finger within the hold's tolerance, or when it would overshoot otherwise.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ ROUNDS = 4
 
 @dataclass(frozen=True)
 class Correction:
-    """The best single pulse now: relaxed angle it is worth [rad], largest error in the hold after it [rad]."""
+    """The best pulse now: relaxed angle it is worth [rad], largest error left in the hold [rad]."""
 
     angle: float
     left: float
@@ -215,7 +215,7 @@ class AdaptiveController:
         return Correction(angle, float(np.abs(error - angle * unit).max()))
 
     def _missing(self, ahead: Forecast, duty: float) -> tuple[float, float]:
-        """Relaxed angle still to pump so that the creep arrives in time [rad], and how long that takes [s]."""
+        """Relaxed angle still to pump so that the creep arrives in time [rad], its duration [s]."""
         duration, angle = 0.0, 0.0
         for _ in range(ROUNDS):
             at = np.array([duration + self.settings.arrive_s])

@@ -40,7 +40,7 @@ LEAK = 0.05 * DEG
 MODE_WALK = 0.05 * DEG
 """Random walk of each mode [rad/sqrt(s)]: what the linear law misses."""
 DRIFT_SIGMA, DRIFT_TIME_S = 0.3 * DEG, 2.5
-"""Scatter [rad/s] and memory [s] of a drift that the law does not explain: it is not linear, nor is the wall."""
+"""Scatter [rad/s] and memory [s] of a drift that the linear law does not explain."""
 GAIN_WALK, RATIO_WALK = 0.02, 0.02
 """Random walks of the learnt logarithms [1/sqrt(s)]."""
 FRAME_SIGMA = 0.05 * DEG
@@ -63,7 +63,8 @@ class Forecast:
     modes : (modes,) angles now [rad]; relaxed : angle that the fluid in place is worth [rad]
     drift : further rate now [rad/s], which dies out
     shares : (modes,); gains : relaxed angle for a volume forward and in reverse [rad/mm^3]
-    ratio : compliance of chamber over air; stiffness : pressure for a relaxed bend, forward, reverse [MPa/rad]
+    ratio : compliance of chamber over air
+    stiffness : pressure for a relaxed bend, forward and in reverse [MPa/rad]
     """
 
     modes: FloatArray

@@ -100,7 +100,7 @@ class AnswerCheck:
         pumped = f"{volume / ML:.2f} ml pumped"
         for side, mine in zip(SIDES, ranges, strict=True):
             if mine < self._settings.stuck_kpa * KPA:
-                return f"{pumped}, but the {side} pressure reads the same all along: its sensor is stuck; check it"
+                return f"{pumped}, but the {side} pressure reads the same: its sensor is stuck; check it"
         if max(ranges) < self._settings.still_kpa * KPA and turned < TURN_SEEN:
             return (
                 f"{pumped}, but neither pressure nor angle moved: pump stalled, tube off or fluid lost; "

@@ -1,7 +1,8 @@
 """The loop: one frame, one sample, one decision, on the rig's clock, real or virtual.
 
-The pump never runs blind: it stops when no angle has come for `blind_s`, when a limit is near, when the bench
-does not answer, when anything raises. Whatever ends a motion, the pump stands and the reason is in the record.
+The pump never runs blind: it stops when no angle has come for `blind_s`, when a limit is near, when the
+bench does not answer, when anything raises. Whatever ends a motion, the pump stands and the reason is in
+the record.
 """
 
 from __future__ import annotations
@@ -80,15 +81,19 @@ class BendLoop:
         self._watch = watch
         self._further = further
 
-    def run(self, controller: Controller, volume_foreseen: float = math.inf, part: str = "") -> Motion:
+    def run(
+        self, controller: Controller, volume_foreseen: float = math.inf, part: str = "", timed: bool = True
+    ) -> Motion:
         """The motion, once the controller has finished or something ended it; the pump then stands.
 
         controller : that decides
         volume_foreseen : that the motion should take at most [mm^3]; a multiple of it suggests a leak
         part : name of the motion in the trace
+        timed : whether the goal's limits of time and pulses hold; a trajectory has its own end
         """
         motion = Motion(controller.name, self._rig.clock.now())
-        state = _State(AnswerCheck(self._settings.guard), self._rig.clock.now(), volume_foreseen, part)
+        state = _State(AnswerCheck(self._settings.guard), motion.began, volume_foreseen, part, timed)
+        state.volume_at_start = self._rig.read().pumped_volume
         try:
             while not motion.reason:
                 self._cycle(controller, motion, state)
@@ -209,8 +214,8 @@ class BendLoop:
         if abs(seen.pumped_volume - state.volume_at_start) > guard.volume_excess * state.volume_foreseen:
             return Finished(
                 False,
-                f"leak suspected: {seen.pumped_volume / ML:.2f} ml pumped, {guard.volume_excess:g} times what "
-                "the motion should take; look for lost fluid or air in the loop",
+                f"leak suspected: {seen.pumped_volume / ML:.2f} ml pumped, {guard.volume_excess:g} times "
+                "what the motion should take; look for lost fluid or air in the loop",
             )
         if state.timed and passed > goal.time_max_s:
             return Finished(False, f"not settled within {goal.time_max_s:g} s")
@@ -255,7 +260,11 @@ class BendLoop:
                 sent = self._rig.pulse(command.direction, command.duty, command.duration)
                 if not (command.in_place and sample.direction == command.direction):
                     motion.pulses += 1
-                state.duty, state.direction, state.last_pulse = sent.duty, sent.direction, self._rig.clock.now()
+                state.duty, state.direction, state.last_pulse = (
+                    sent.duty,
+                    sent.direction,
+                    self._rig.clock.now(),
+                )
             case Wait():
                 pass
 

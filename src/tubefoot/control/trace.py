@@ -9,18 +9,38 @@ import numpy as np
 
 from tubefoot.control.loop import Motion
 
+COLUMNS = (
+    "time_s",
+    "seen_at_s",
+    "part",
+    "target_deg",
+    "bend_deg",
+    "error_deg",
+    "sigma_deg",
+    "pressure_right_kpa",
+    "pressure_left_kpa",
+    "pumped_volume_ml",
+    "direction",
+    "duty",
+    "pulses",
+    "command",
+    "note",
+)
+"""Header of `bend.csv`; what a virtual bench knows beside the measured follows."""
 HOLD_NOTES = ("hold", "settled")
 """Notes of the rows in which the pump stands at the goal."""
 
 
-def step_figures(motion: Motion, target_deg: float) -> dict[str, Any]:
+def step_figures(motion: Motion, target_deg: float, band_deg: float = 1.0) -> dict[str, Any]:
     """Figures of a step: iterations, errors, overshoot, time.
 
     motion : that has ended
     target_deg : where to
+    band_deg : half the tolerance band
 
-    `overshoot_deg` is how far the measured angle passed the target, `hold_error_deg` the mean absolute error of
-    the last hold, `final_error_deg` that of its last frame, signed. What was never measured is nan.
+    `iterations` counts runs of the pump, `iterations_to_band` those up to the first angle in the band;
+    `overshoot_deg` is how far the measured angle passed the target, `hold_error_deg` the mean absolute
+    error of the last hold, `final_error_deg` that of its last frame, signed. nan where nothing was seen.
     """
     seen = [row for row in motion.rows if "bend_deg" in row]
     bends = np.array([row["bend_deg"] for row in seen])
@@ -29,6 +49,7 @@ def step_figures(motion: Motion, target_deg: float) -> dict[str, Any]:
     return {
         "settled": motion.settled,
         "iterations": motion.pulses,
+        "iterations_to_band": _pulses_to_band(seen, band_deg),
         "final_error_deg": float(target_deg - bends[-1]) if len(bends) else math.nan,
         "overshoot_deg": max(0.0, float((way * (bends - target_deg)).max())) if len(bends) else math.nan,
         "hold_error_deg": float(np.abs([row["error_deg"] for row in held]).mean()) if held else math.nan,
@@ -52,6 +73,12 @@ def tracking_figures(motion: Motion) -> dict[str, Any]:
         "bench_time_s": motion.ended - motion.began,
         "end_reason": motion.reason,
     }
+
+
+def _pulses_to_band(rows: list[dict[str, Any]], band_deg: float) -> int | None:
+    """Pulses given when the angle was first in the band with the pump standing."""
+    inside = (row["pulses"] for row in rows if abs(row["error_deg"]) <= band_deg and not row["direction"])
+    return next(inside, None)
 
 
 def _last_hold(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -29,7 +29,10 @@ FRAME_S = 1 / 30
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Wanted bend over time, linear between its points, still beyond the last; times : (n,) [s]; bends [rad]."""
+    """Wanted bend over time, linear between its points, still beyond the last.
+
+    times : (n,) from 0, growing [s]; bends : (n,) [rad]
+    """
 
     times: FloatArray
     bends: FloatArray
