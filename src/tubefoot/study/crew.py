@@ -153,7 +153,7 @@ class Crew:
             n_workers=number,
             threads_per_worker=1,
             processes=True,
-            dashboard_address=None,
+            dashboard_address=":0",  # any free port: two studies may run on one machine
             memory_limit=0,
             env=environment,
             preload=["tubefoot.study.orphan"],

@@ -86,7 +86,7 @@ class Optimisation(Screening):
         ordered = (self._trial_row(k, trial) for k, trial in enumerate(search.trials, 1) if trial.record)
         write_rows(self.run.path("evaluations.csv"), columns, ordered)
         own = sum(trial.record["core_s"] for trial in search.trials if trial.record)
-        return self._written(designs, chosen, own, 0.0 if warm_start else found.core_s, taken)
+        return self._written(designs, chosen, own, found.core_s, taken)
 
     def _first(self, warm_start: Path | None) -> Screening:
         """The screening that calibrates the look: the given one, or a small one of this study's ranges."""
@@ -96,12 +96,13 @@ class Optimisation(Screening):
             base = parse_settings(table.get("base", {}), FingerDesign, source=f"{warm_start}/run.toml")
             if not study.look.use:
                 raise ConfigError(f"{warm_start} has no first look to start from; screen it with --look")
-            if (study.look, study.solve, study.rank) != (self.study.look, self.study.solve, self.study.rank):
+            if _foundations(study) != _foundations(self.study):
                 raise ConfigError(
                     f"{warm_start} was looked at, solved or ranked by other settings than this study; "
                     "start from a screening with the same [look], [solve] and [rank]"
                 )
-            return Screening(study, base, warm_start, self.progress)
+            look = study.look.model_copy(update={"confirm": 0})
+            return Screening(study.model_copy(update={"look": look}), base, warm_start, self.progress)
         count = FIRST_LOOKS * self.study.look.calibrate
         changes: dict[str, Any] = {
             "sample": Sample(count=count, seed=self.study.search.seed),
@@ -222,6 +223,12 @@ class Optimisation(Screening):
                 }
             )
         return sorted(rows, key=lambda row: -row["gain_deg_per_kpa"])
+
+
+def _foundations(study: StudyFile) -> Any:
+    """What two studies must share for figures of one to hold in the other."""
+    look = (study.look.units, study.look.element_size_mm, study.look.states)
+    return look, study.solve, study.rank
 
 
 def spread_of(calibration: Calibration | None, name: str) -> float:
