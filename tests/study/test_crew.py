@@ -153,3 +153,33 @@ def members_of(session: int) -> list[int]:
         if int(fields[3]) == session and fields[0] != "Z":
             found.append(int(stat.parent.name))
     return found
+
+
+@pytest.mark.slow
+def test_a_running_scheduler_is_joined_by_its_file(tmp_path: Path) -> None:
+    file = tmp_path / "scheduler.json"
+    program = [sys.executable, "-m"]
+    options = ["--scheduler-file", str(file)]
+    quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    scheduler = [*program, "distributed.cli.dask_scheduler", "--port", "0", "--dashboard-address", ":0"]
+    worker = [*program, "distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    running = [subprocess.Popen([*scheduler, *options], **quiet)]
+    try:
+        wait_for(file.exists)
+        # Workers of a cluster import the program, not its tests: `abs` stands for a job.
+        running.append(subprocess.Popen([*worker, *options], **quiet))
+        with Crew(CrewSettings(scheduler_file=str(file)), abs) as crew:
+            assert dict(crew.work_through(iter([-1, -2, 3]))) == {-1: 1, -2: 2, 3: 3}
+    finally:
+        for process in reversed(running):
+            process.terminate()
+            process.wait()
+
+
+def test_a_scheduler_that_does_not_answer_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("tubefoot.study.crew.CONNECT_S", 0.5)
+    with (
+        pytest.raises(ConfigError, match=r"no scheduler answers at tcp://127\.0\.0\.1:9"),
+        Crew(CrewSettings(scheduler="tcp://127.0.0.1:9"), abs),
+    ):
+        pass
