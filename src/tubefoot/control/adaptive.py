@@ -39,6 +39,8 @@ SURE, GAIN = 0.8, 0.5
 """Shares of the tolerance: what a correction may leave at most, what it must gain at least."""
 ROOM = 0.35
 """A long pulse begins when the pressure limit lets so much of it happen."""
+LOADED = 0.6
+"""Share of the pressure limit above which waiting makes room."""
 LATE = 1.75
 """So much later than planned the creep may arrive before more is pumped."""
 DUTY_CHANGE, WORTH_S = 0.1, 0.2
@@ -164,8 +166,9 @@ class AdaptiveController:
         settings = self.settings
         duty, angle, duration = self._fastest(ahead)
         now = max(seen.pressures)
-        if self._pressure_limit - now < ROOM * (ahead.pressure(angle, duration) - now):
-            return Wait("the pressure relaxes")
+        room, needed = self._pressure_limit - now, ahead.pressure(angle, duration) - now
+        if now > LOADED * self._pressure_limit and room < ROOM * needed:
+            return Wait("the pressure relaxes", pressed=True)
         if duration * duty < 0.5 * settings.trim_max_s * settings.trim_duty:
             return self._trim(ahead, angle)
         self._filling = duty

@@ -37,9 +37,10 @@ class Measurement:
 
 @dataclass(frozen=True, slots=True)
 class Wait:
-    """Leave the pump as it is; note : why, for the record."""
+    """Leave the pump as it is; note : why, for the record; pressed : the pressure limit is in the way."""
 
     note: str = ""
+    pressed: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -245,7 +245,10 @@ class BendLoop:
         ):
             state.held_back = True
             return Stop("pressure limit")
-        state.rest(now)
+        if isinstance(command, Wait) and command.pressed:
+            state.press(now)
+        else:
+            state.rest(now)
         return command
 
     def _obey(self, command: Command, sample: Reading, motion: Motion, state: _State) -> None:

@@ -80,7 +80,7 @@ class GuardSettings(Settings):
     """The pump is stopped so far before the rig's pressure limits."""
     relax_kpa: float = Field(default=6.0, ge=0, le=50)
     """A further pulse that way may start only so much below that."""
-    pressed_max_s: float = Field(default=25.0, gt=0, le=3600)
+    pressed_max_s: float = Field(default=40.0, gt=0, le=3600)
     """A motion that the pressure limits have held back for so long, in sum, is out of reach."""
     blind_s: float = Field(default=0.12, ge=0.02, le=1)
     """Without a measured angle for so long, the pump is stopped and none is started."""
