@@ -37,13 +37,13 @@ REACTION_S = 0.012
 HALF_FRAME_S = 1 / 60
 SURE, GAIN = 0.8, 0.5
 """Shares of the tolerance: what a correction may leave at most, what it must gain at least."""
-ROOM = 0.35
+ROOM = 0.2
 """A long pulse begins when the pressure limit lets so much of it happen."""
 LOADED = 0.6
 """Share of the pressure limit above which waiting makes room."""
 LATE = 1.75
 """So much later than planned the creep may arrive before more is pumped."""
-DUTY_CHANGE, WORTH_S = 0.1, 0.2
+DUTY_CHANGE, WORTH_S = 0.06, 0.2
 """The duty of a running pulse is changed by no less, and not when less time is left [s]."""
 DUTIES = 8
 """Duties that are tried for a long pulse."""
@@ -164,7 +164,7 @@ class AdaptiveController:
     def _fill(self, seen: Measurement, ahead: Forecast) -> Command:
         """A long pulse that lets the creep arrive, as fast as the pressure limit allows."""
         settings = self.settings
-        duty, angle, duration = self._fastest(ahead)
+        duty, angle, duration = self._fastest(ahead, settings.fill_duty_min)
         now = max(seen.pressures)
         room, needed = self._pressure_limit - now, ahead.pressure(angle, duration) - now
         if now > LOADED * self._pressure_limit and room < ROOM * needed:
@@ -176,21 +176,25 @@ class AdaptiveController:
 
     def _while_filling(self, seen: Measurement, ahead: Forecast) -> Command:
         """End the long pulse when enough fluid is in place; change its duty when the pressure asks for it."""
+        settings = self.settings
         angle, duration = self._missing(ahead, self._filling)
         soon = ahead.free(np.linspace(0.0, 0.4, 4)) - self._goal.target
         crossed = float((seen.direction * soon).max()) > 0.0
         if angle * seen.direction <= 0 or duration <= REACTION_S + HALF_FRAME_S or crossed:
             self._filling = 0.0
             return Stop("enough fluid in place")
-        duty, _, duration = self._fastest(ahead)
+        loaded = max(seen.pressures) > LOADED * self._pressure_limit
+        duty, _, duration = self._fastest(
+            ahead, settings.running_duty_min if loaded else settings.fill_duty_min
+        )
         if abs(duty - self._filling) > DUTY_CHANGE and duration > WORTH_S:
             self._filling = duty
             return Pulse(seen.direction, duty, LONGEST_PULSE * duration, "fill on", in_place=True)
         return Wait("fill")
 
-    def _fastest(self, ahead: Forecast) -> tuple[float, float, float]:
-        """The fastest long pulse under the pressure limit: duty, relaxed angle [rad], duration [s]."""
-        duties = np.linspace(self.settings.fill_duty_max, self.settings.fill_duty_min, DUTIES)
+    def _fastest(self, ahead: Forecast, least: float) -> tuple[float, float, float]:
+        """The fastest long pulse under the pressure limit: duty (at least one), relaxed angle [rad], [s]."""
+        duties = np.linspace(self.settings.fill_duty_max, least, DUTIES)
         for duty in duties:
             angle, duration = self._missing(ahead, float(duty))
             if ahead.pressure(angle, duration) < self._pressure_limit:

@@ -42,6 +42,8 @@ class AdaptiveSettings(Settings):
     """Of long pulses, where the pressure allows it."""
     fill_duty_min: float = Field(default=0.38, gt=0, le=1)
     """Of the slowest ones, still above the dead zone of most pumps: the wall creeps along, less pressure."""
+    running_duty_min: float = Field(default=0.25, gt=0, le=1)
+    """To which the duty of a pump that turns already may fall, where the pressure asks for it."""
     pressure_reserve_kpa: float = Field(default=3.0, ge=0, le=50)
     """A long pulse is planned to stay so far below the guard's limit."""
     trim_duty: float = Field(default=0.9, gt=0, le=1)
