@@ -25,7 +25,15 @@ def controller(name, target_deg, settings=None, rig=None):
     return AdaptiveController(target_deg * DEG, reference_law(), pump, most, settings.goal, settings.adaptive)
 
 
-def bent(target_deg, name="adaptive", settings=None, foreseen=float("inf"), watch=lambda row: None, make=None, **bench):
+def bent(
+    target_deg,
+    name="adaptive",
+    settings=None,
+    foreseen=float("inf"),
+    watch=lambda row: None,
+    make=None,
+    **bench,
+):
     """A motion on a bench with some faults; the bench has been looked at after it as `after`."""
     settings = settings or BendSettings()
     with VirtualBench(make, board="native", **bench) as virtual:

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from tests.control.bends import bent, reference_law
+
 from tubefoot.control.settings import BendSettings, GuardSettings
 from tubefoot.lab.settings import LimitSettings, RigSettings
 from tubefoot.twin.bench_settings import BenchSettings, FingerMake

@@ -260,7 +260,7 @@ class BendLoop:
             case Pulse():
                 if command.in_place and state.duty:
                     self._make_room()
-                sent = self._rig.pulse(command.direction, command.duty, command.duration)
+                sent = self._rig.pulse(command.direction, float(command.duty), float(command.duration))
                 if not (command.in_place and sample.direction == command.direction):
                     motion.pulses += 1
                 state.duty, state.direction, state.last_pulse = (
