@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -284,6 +284,7 @@ def _tables() -> set[str]:
     return {key.partition(".")[0] for key in _dimensions()}
 
 
+@cache
 def _dimensions() -> dict[str, type]:
     """Dotted keys of all numbers in a design file, and whether int or float."""
     found: dict[str, type] = {}
