@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.control.creep import MODE_TIMES_S, CreepLaw
-from tubefoot.control.estimator import Forecast
 from tubefoot.errors import ConfigError
 from tubefoot.records import read_table
 from tubefoot.units import DEG
@@ -25,6 +24,8 @@ COLUMNS = ("time_s", "bend_deg")
 LONGEST_S = 3600.0
 LARGEST_DEG = 120.0
 FRAME_S = 1 / 30
+REST_S, BACK_S = 60.0, 60.0
+"""How long the finger rests before and after, and takes to go back, where a trajectory is inverted [s]."""
 
 
 @dataclass(frozen=True)
@@ -94,26 +95,25 @@ def _check_point(path: Path, number: int, points: list[tuple[float, float]]) -> 
         )
 
 
-def flow_needed(law: CreepLaw, trajectory: Trajectory, ahead_s: float) -> FloatArray:
-    """Flow that keeps a finger on a trajectory, one value a frame, as the tracking controller asks [mm^3/s].
+def flow_needed(law: CreepLaw, trajectory: Trajectory, smooth_s: float) -> FloatArray:
+    """Flow that keeps a finger on a trajectory, one value each `FRAME_S` [mm^3/s].
 
     law : of the finger's creep
-    trajectory : to be followed
-    ahead_s : how far ahead the finger is brought onto it [s]
+    trajectory : to be followed, from rest at its first point
+    smooth_s : corners are rounded over this time, as no controller follows them faster [s]
+
+    Solved in the frequency domain, bend / H; before and after it the finger rests long enough to forget.
     """
-    shares, _ = law.shares_at(float(np.log(law.ratio)))
-    decay = np.exp(-FRAME_S / MODE_TIMES_S)
-    at = np.array([ahead_s])
-    modes, relaxed, flows = np.zeros(len(MODE_TIMES_S)), 0.0, []
-    for time in np.arange(0.0, trajectory.duration, FRAME_S):
-        now = Forecast(modes, relaxed, 0.0, shares, (law.gain, law.gain), law.ratio, (1.0, 1.0))
-        missing = trajectory.at(time + ahead_s) - float(now.free(at)[0])
-        rate = missing / (ahead_s * float(now.step(at, ahead_s)[0]))
-        middle = relaxed + 0.5 * rate * FRAME_S
-        modes = decay * modes + (1.0 - decay) * shares * middle
-        relaxed += rate * FRAME_S
-        flows.append(rate / law.gain)
-    return np.array(flows)
+    count = max(2, round(trajectory.duration / FRAME_S))
+    path = np.interp(FRAME_S * np.arange(count), trajectory.times, trajectory.bends)
+    rest, back = round(REST_S / FRAME_S), round(BACK_S / FRAME_S)
+    fade = 0.5 + 0.5 * np.cos(np.pi * np.arange(back) / back)
+    home = path[0] + (path[-1] - path[0]) * fade
+    whole = np.concatenate([np.full(rest, path[0]), path, home, np.full(rest, path[0])])
+    laplace = 2j * np.pi * np.fft.rfftfreq(len(whole), FRAME_S)
+    spectrum = np.fft.rfft(whole) * np.exp(-0.5 * (0.5 * smooth_s * np.abs(laplace)) ** 2)
+    relaxed = np.fft.irfft(spectrum / _follows(law, laplace), len(whole))
+    return np.asarray(np.gradient(relaxed, FRAME_S)[rest : rest + count] / law.gain)
 
 
 def largest_sine(law: CreepLaw, flow: float, frequencies: FloatArray) -> FloatArray:
@@ -123,7 +123,11 @@ def largest_sine(law: CreepLaw, flow: float, frequencies: FloatArray) -> FloatAr
     flow : largest of the pump [mm^3/s]
     frequencies : (n,) [Hz]
     """
+    laplace = 2j * np.pi * np.asarray(frequencies)
+    return np.asarray(flow * law.gain * np.abs(_follows(law, laplace) / laplace))
+
+
+def _follows(law: CreepLaw, laplace: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    """Bend over the relaxed angle that the fluid is worth, at Laplace variables (n,) [1/s]."""
     shares, _ = law.shares_at(float(np.log(law.ratio)))
-    laplace = 2j * np.pi * np.asarray(frequencies)[:, None]
-    answer = law.gain / laplace[:, 0] * (shares / (1.0 + laplace * MODE_TIMES_S)).sum(axis=1)
-    return np.asarray(flow * np.abs(answer))
+    return np.asarray((shares / (1.0 + laplace[:, None] * MODE_TIMES_S)).sum(axis=1))

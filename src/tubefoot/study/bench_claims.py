@@ -174,13 +174,14 @@ def judge_bench_reversal(forward: BendRecord, backward: BendRecord) -> Claim:
         strokes = [s for s in run.strokes() if run.column("direction")[s.start] == way]
         first = strokes[0] if strokes else None
         bend, volume = run.column("bend_deg"), run.column("pumped_volume_ml")
+        net = float(volume[sum(row["part"] == run.rows[0]["part"] for row in run.rows) - 1])
         turned = float(bend[first.stop - 1] - bend[first.start]) if first else 0.0
         numbers |= {
             f"turn_of_first_pulse_{name}_deg": turned,
             f"final_bend_{name}_deg": float(run.summary["target_deg"] - run.summary["final_error_deg"]),
-            f"volume_{name}_ml": float(volume[-1]),
+            f"volume_{name}_ml": net,
         }
-        parts.append(bool(way * turned > 0 and run.summary["settled"] and way * volume[-1] > 0))
+        parts.append(bool(way * turned > 0 and run.summary["settled"] and way * net > 0))
     return Claim(
         "C10",
         "Reversing the pump bends the other way, without valves",
