@@ -15,7 +15,7 @@ from tubefoot.errors import ConfigError
 from tubefoot.records import read_table
 from tubefoot.study import screening
 from tubefoot.study.crew import CrewSettings
-from tubefoot.study.screening import Screening, ScreenResult
+from tubefoot.study.screening import Screening, ScreenResult, Tally
 from tubefoot.study.study_file import StudyFile
 
 BASE = FingerDesign().with_bellows(valley_outside_mm=6.0)
@@ -49,7 +49,11 @@ def test_the_table_has_a_row_a_candidate_in_order_with_ranks(tmp_path: Path) -> 
 def test_a_finished_study_solves_nothing_again_and_a_wider_one_only_what_is_new(tmp_path: Path) -> None:
     first = screened(tmp_path).table.read_text()
     assert len(CALLS) == 13
-    assert screened(tmp_path).table.read_text() == first
+    tallies: list[Tally] = []
+    again = screened(tmp_path, lambda tally, row: tallies.append(tally))
+    assert again.table.read_text() == first
+    # Found without asking a worker.
+    assert tallies[-1].found == tallies[-1].done == 13
     assert len(CALLS) == 13
     wider = {"fold_run_mm": [3.0, 4.0, 5.0, 6.0, 7.0], "partition_mm": {"low": 1.5, "high": 3.0, "count": 3}}
     screened(tmp_path, vary=wider)
