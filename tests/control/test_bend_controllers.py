@@ -109,7 +109,7 @@ def test_the_pump_limits_the_sine():
     amplitude = float(largest_sine(law, 1000.0, np.array([frequency]))[0])
     times = np.arange(0, 30.001, 0.05)
     wave = trajectory_of([(float(t), amplitude / DEG * np.sin(2 * np.pi * frequency * t)) for t in times])
-    flows = np.abs(flow_needed(law, wave, 0.1))[600:]
+    flows = np.abs(flow_needed(law, wave, 0.1))[600:840]  # steady, before its end
     assert flows.max() == pytest.approx(1000.0, rel=0.15)
     assert largest_sine(law, 1000.0, np.array([1.0]))[0] < 0.2 * amplitude
 
