@@ -102,6 +102,12 @@ def test_a_study_without_feasible_designs_is_given_up(tmp_path: Path) -> None:
         run_search(search, hopeless)
 
 
+def test_a_search_of_nothing_is_refused_before_anything_is_solved(tmp_path: Path) -> None:
+    one = study(tmp_path, vary={"fold_run_mm": {"low": 3.0, "high": 5.0}})
+    with pytest.raises(ConfigError, match="two dimensions"):
+        Optimisation(one, BASE, tmp_path).optimise(CrewSettings())
+
+
 def test_distance_from_feasible_grows_with_what_is_broken() -> None:
     near = infeasibility({"status": "early", "end_bend_deg": 8.0}, 9.0)
     far = infeasibility({"status": "early", "end_bend_deg": 2.0}, 9.0)

@@ -111,6 +111,15 @@ def test_columns_bear_the_table_only_where_names_clash() -> None:
     assert names["seam.thickness_mm"] == "thickness_mm"
 
 
+def test_a_fault_names_the_file(tmp_path: Path) -> None:
+    path = tmp_path / "typo.toml"
+    path.write_text("[vary]\nfold_rum_mm = [1.0]\n")
+    with pytest.raises(
+        ConfigError, match=r"typo\.toml: `fold_rum_mm` is no dimension .* `bellows\.fold_run_mm`"
+    ):
+        load_study(path)
+
+
 def test_a_claim_needs_its_candidates() -> None:
     one = study(
         comparison=[{"name": "walls", "claims": ["C3"], "candidates": {"thin": {"fold_wall_mm": 1.5}}}]

@@ -66,10 +66,9 @@ class Optimisation(Screening):
 
         Raises ConfigError when too few designs are feasible.
         """
-        first = self._first(warm_start)
-        found = first.screen(crew_settings)
-        self.calibration = found.calibration
         search = Search(self.study, self.base)
+        found = self._first(warm_start).screen(crew_settings)
+        self.calibration = found.calibration
         taken = search.warm_start(found.table)
         columns = ["number", *header(self.columns.values())]
         with (

@@ -164,7 +164,11 @@ def load_study(path: Path | str) -> tuple[StudyFile, FingerDesign]:
     Raises ConfigError for a file or key that cannot be used, GeometryError for an impossible base.
     """
     path = Path(path)
-    study = load_settings(path, StudyFile)
+    try:
+        study = load_settings(path, StudyFile)
+    except ConfigError as error:
+        known = str(error).startswith(str(path))
+        raise ConfigError(str(error) if known else f"{path}: {error}") from None
     base = load_design(path.parent / study.design) if study.design else FingerDesign(name="reference")
     return study, FingerDesign.model_validate(with_values(base, flat(study.fix)))
 
