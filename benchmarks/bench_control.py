@@ -1,7 +1,8 @@
 """Closed-loop bending over a population of virtual benches: the paper's controller beside ours.
 
 `python -m benchmarks control` runs the first benches of the verdict; with both controllers on all 200,
-`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in half an hour.
+`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in half an hour
+(`--resume` goes on where it was stopped).
 Angles come without pixels, the firmware runs as its native core; figures are of the true angle.
 """
 
@@ -131,12 +132,12 @@ def _settled(row: dict[str, Any]) -> bool:
     return str(row["settled"]).lower() == "true"
 
 
-def run_all(pressure_kpa: float, path: Path, names: tuple[str, ...] = CONTROLLERS) -> None:
-    """All benches of the verdict, the table written after each; what is in it is not run again."""
-    rows = read_table(path) if path.exists() else []
+def run_all(pressure_kpa: float, path: Path, resumed: bool) -> None:
+    """All benches of the verdict, the table written after each; rows in a given table are not run again."""
+    rows = read_table(path) if resumed and path.exists() else []
     done = {(row["seed"], row["controller"]) for row in rows}
     for seed in VERDICT_SEEDS:
-        for name in names:
+        for name in CONTROLLERS:
             if (seed, name) in done:
                 continue
             rows += bench_rows(seed, name, pressure_kpa)
@@ -148,4 +149,4 @@ def run_all(pressure_kpa: float, path: Path, names: tuple[str, ...] = CONTROLLER
 
 if __name__ == "__main__":
     if "--all" in sys.argv:
-        run_all(PRESSURE_KPA, TABLE)
+        run_all(PRESSURE_KPA, TABLE, "--resume" in sys.argv)
