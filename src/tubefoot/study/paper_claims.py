@@ -89,7 +89,8 @@ def _selection(screening: Screening) -> tuple[list[Claim], str]:
     for comparison in among:
         for candidate in screening.candidates():
             job, record, _ = screening.record(candidate)
-            if candidate.comparison == comparison and record["status"] == "solved":
+            usable = record["status"] == "solved" and record["printable"]
+            if candidate.comparison == comparison and usable:
                 name = by_folder.setdefault(job.key, candidate.name)
                 if candidate.name == rank.selected:
                     figures.pop(name, None)
@@ -97,7 +98,8 @@ def _selection(screening: Screening) -> tuple[list[Claim], str]:
                 figures[name] = record
     if rank.selected not in figures:
         raise ConfigError(
-            f"rank.selected = `{rank.selected}` is none of the solved candidates: {', '.join(figures)}"
+            f"rank.selected = `{rank.selected}` is none of the printable candidates that were solved: "
+            f"{', '.join(figures)}"
         )
     base = screening.record(make_candidate(screening.base, "base", {}))[1]
     groups = group_scores(np.array([criteria_of(record) for record in figures.values()]), criteria_of(base))

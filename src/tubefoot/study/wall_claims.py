@@ -99,11 +99,11 @@ def judge_selection(
     claim = Claim(
         "selection",
         f"The candidate {selected} is the best compromise of bending, stress, sealing and footprint",
-        "it has the highest score among the candidates, with the study's weights; wins: share of all "
-        "weightings under which a candidate is best",
+        "it has the highest score among the candidates that can be printed, with the study's weights; wins: "
+        "share of all weightings under which a candidate is best",
         "holds" if best == mine else "refuted",
         numbers,
-        "comparison-scores",
+        "walls",
     )
     return claim, reason
 
