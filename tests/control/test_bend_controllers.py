@@ -88,6 +88,7 @@ def test_figures_of_a_motion_are_those_of_its_rows():
     assert abs(figures["final_error_deg"]) <= 1.0
 
 
+@pytest.mark.slow
 def test_a_sine_is_tracked():
     times = np.arange(0, 20.01, 0.1)
     sine = trajectory_of([(float(t), 20 * float(np.sin(2 * np.pi * 0.05 * t))) for t in times])

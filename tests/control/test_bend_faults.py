@@ -82,6 +82,7 @@ def test_burst_bubble_is_made_up_for():
     assert abs(motion.rows[-1]["true_deg"] - 20) < 1.1
 
 
+@pytest.mark.slow
 def test_leak_ends_the_motion():
     foreseen = 30 * DEG / reference_law().gain
     motion = bent(30, foreseen=foreseen, faults=faulty("leak", side="right", amount=60.0))

@@ -26,14 +26,14 @@ from tubefoot.vision.camera import EndOfFrames
 from tubefoot.vision.finger import FingerReading
 
 PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
-CLEARED_MAX = 5
+CLEARED_MAX = 10
 """Pressure faults that one motion may clear after waiting for the wall to relax."""
 
 END_HEARD_S, END_POLL_S = 0.1, 2e-3
 """How long the end of a stopped pulse is waited for, and in which steps [s]."""
 
-STOP_S, OLD_SAMPLE_S = 0.04, 0.2
-"""A pressure is extrapolated by the time until the next decision, from samples no further apart [s]."""
+STOP_S, OLD_SAMPLE_S = 0.08, 0.2
+"""A pressure is extrapolated to the next decision and the motor's end, from samples no further apart [s]."""
 
 
 @dataclass
@@ -231,6 +231,7 @@ class BendLoop:
     def _within_limits(self, command: Command, sample: Reading, state: _State, now: float) -> Command:
         """The command, unless the pressure limits forbid it."""
         right, left = sample.gauge_pressures[:2]
+        soon = state.extrapolated(sample)
         state.held_back = False
         if isinstance(command, Pulse) and self._guard.forbids_pulse(command.direction, (right, left)):
             state.held_back = True
@@ -241,7 +242,7 @@ class BendLoop:
         if (
             sample.direction
             and not isinstance(command, Stop)
-            and self._guard.ends_pulse(sample.direction, state.extrapolated(sample))
+            and self._guard.ends_pulse(sample.direction, soon)
         ):
             state.held_back = True
             return Stop("pressure limit")

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,7 +128,7 @@ def largest_sine(law: CreepLaw, flow: float, frequencies: FloatArray) -> FloatAr
     return np.asarray(flow * law.gain * np.abs(_follows(law, laplace) / laplace))
 
 
-def _follows(law: CreepLaw, laplace: NDArray[np.complex128]) -> NDArray[np.complex128]:
+def _follows(law: CreepLaw, laplace: NDArray[Any]) -> NDArray[Any]:
     """Bend over the relaxed angle that the fluid is worth, at Laplace variables (n,) [1/s]."""
     shares, _ = law.shares_at(float(np.log(law.ratio)))
     return np.asarray((shares / (1.0 + laplace[:, None] * MODE_TIMES_S)).sum(axis=1))

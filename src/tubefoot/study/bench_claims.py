@@ -78,7 +78,8 @@ def judge_tracking(run: BendRecord) -> Claim:
 
     run : `tubefoot bend 30 --controller paper --return` on the 12-unit finger
     """
-    parts, numbers = [], {}
+    parts = []
+    numbers: dict[str, float] = {}
     steps = (
         ("to_30", run.summary, FORWARD_ITERATIONS),
         ("return", run.summary.get("return"), RETURN_ITERATIONS),
@@ -169,7 +170,8 @@ def judge_bench_reversal(forward: BendRecord, backward: BendRecord) -> Claim:
 
     forward, backward : `bend` runs to an angle and to its negative
     """
-    numbers, parts = {}, []
+    numbers: dict[str, float] = {}
+    parts = []
     for name, run, way in (("forward", forward, 1.0), ("backward", backward, -1.0)):
         strokes = [s for s in run.strokes() if run.column("direction")[s.start] == way]
         first = strokes[0] if strokes else None
