@@ -15,7 +15,8 @@ from tubefoot.errors import ConfigError
 from tubefoot.records import read_table
 from tubefoot.study import screening
 from tubefoot.study.crew import CrewSettings
-from tubefoot.study.screening import Screening, ScreenResult, Tally
+from tubefoot.study.known import Tally
+from tubefoot.study.screening import Screening, ScreenResult
 from tubefoot.study.study_file import StudyFile
 
 BASE = FingerDesign().with_bellows(valley_outside_mm=6.0)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from tubefoot.study.screening import Tally
+    from tubefoot.study.known import Tally
 
 LINE_EVERY_S = 5.0
 """Time between lines where the output is no terminal."""

@@ -15,7 +15,8 @@ from typing import Any
 from tubefoot import __version__
 from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.finger_model import SolveSettings
-from tubefoot.study.study_file import Number, Span, StudyFile, flat, grid_values, is_whole, with_values
+from tubefoot.study.dimensions import Number, Span, flat, grid_values, is_whole, with_values
+from tubefoot.study.study_file import StudyFile
 
 BLOCK = 1024
 """Scattered points that are drawn at once."""

@@ -23,9 +23,10 @@ from tubefoot.study.candidates import shown_values
 from tubefoot.study.crew import Crew, CrewSettings
 from tubefoot.study.evaluation import evaluate
 from tubefoot.study.front import Front, uncertain_front
+from tubefoot.study.known import Row, Tally, record_of
 from tubefoot.study.look import LOOKED, Calibration, look_solve, spread_over
 from tubefoot.study.ranking import OBJECTIVES, FloatArray, objectives_of
-from tubefoot.study.screening import Row, Screening, Tally, record_of
+from tubefoot.study.screening import Screening
 from tubefoot.study.search import Search, Trial, run_search
 from tubefoot.study.study_file import Sample, StudyFile
 from tubefoot.study.table import LiveTable, header, write_rows

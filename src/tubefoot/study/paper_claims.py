@@ -13,7 +13,7 @@ from tubefoot.study.curve import Curve
 from tubefoot.study.ranking import criteria_of, group_scores, weights_of
 from tubefoot.study.screening import Screening
 from tubefoot.study.stress_claims import judge_concentration
-from tubefoot.study.study_file import Comparison, flat
+from tubefoot.study.study_file import Comparison
 from tubefoot.study.wall_claims import judge_selection, judge_walls
 
 Row = dict[str, Any]
@@ -105,11 +105,3 @@ def _selection(screening: Screening) -> tuple[list[Claim], str]:
     groups = group_scores(np.array([criteria_of(record) for record in figures.values()]), criteria_of(base))
     claim, reason = judge_selection(rank.selected, list(figures), groups, weights_of(rank))
     return [claim], reason
-
-
-def varied_in(comparison: Comparison) -> list[str]:
-    """Dotted keys of what differs within a comparison.
-
-    comparison : which
-    """
-    return list(dict.fromkeys(key for table in comparison.candidates.values() for key in flat(table)))

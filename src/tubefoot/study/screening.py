@@ -7,70 +7,25 @@ rewritten in the order of the candidates, with scores and ranks: the same whatev
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError
-from tubefoot.fea.finger_model import SolveSettings
-from tubefoot.records import Run, write_json
-from tubefoot.study.candidates import Candidate, candidates_of, column_names, shown_values
+from tubefoot.records import write_json
+from tubefoot.study.candidates import Candidate
 from tubefoot.study.crew import Crew, CrewSettings
 from tubefoot.study.evaluation import Job, evaluate, finished
-from tubefoot.study.look import (
-    LOOKED,
-    Calibration,
-    Pair,
-    calibrate,
-    look_solve,
-    looked_figures,
-    short_candidate,
-    solved_figures,
-    spread_over,
-)
-from tubefoot.study.ranking import (
-    criteria_of,
-    group_scores,
-    objectives_of,
-    pareto_set,
-    ranks_of,
-    weights_of,
-)
-from tubefoot.study.study_file import StudyFile, number_of_candidates
+from tubefoot.study.known import Known, Row, Tally, record_of
+from tubefoot.study.look import Calibration, Pair, calibrate, look_solve, solved_figures, spread_over
+from tubefoot.study.ranking import criteria_of, group_scores, objectives_of, pareto_set, ranks_of, weights_of
+from tubefoot.study.study_file import number_of_candidates
 from tubefoot.study.table import LiveTable, header, write_rows
-
-Row = dict[str, Any]
 
 BEST_ROWS = 100
 """Rows of best.csv."""
-
-
-@dataclass
-class Tally:
-    """How far a stage is.
-
-    stage : what is done; total : candidates in it; found : those finished by an earlier run
-    counts : by status; core_s : spent on all of them, by earlier runs too
-    """
-
-    stage: str
-    total: int
-    found: int = 0
-    counts: Counter[str] = field(default_factory=Counter)
-    core_s: float = 0.0
-    under_way: int = 0
-
-    @property
-    def done(self) -> int:
-        """Candidates with a result."""
-        return sum(self.counts.values())
-
-
-Progress = Callable[[Tally, Row], None]
 
 
 @dataclass
@@ -89,51 +44,13 @@ class ScreenResult:
     calibration: Calibration | None = None
 
 
-class Screening:
-    """One study in one directory."""
+class Screening(Known):
+    """The screening of a study."""
 
-    verb = "screen"
-
-    def __init__(
-        self, study: StudyFile, base: FingerDesign, directory: Path | str, progress: Progress | None = None
-    ):
-        """Nothing is solved yet.
-
-        study : the study; base : its base design; directory : of the results; progress : told of each result
-        """
-        self.study, self.base = study, base
-        self.run = Run(
-            directory,
-            self.verb,
-            {"study": study.model_dump(mode="json"), "base": base.model_dump(mode="json")},
-        )
-        self.progress = progress or (lambda tally, row: None)
-        self.columns = column_names(study)
-        self.calibration: Calibration | None = None
-        self._tables = header(self.columns.values())
-
-    def candidates(self) -> Iterator[Candidate]:
-        """All candidates, in their order."""
-        return candidates_of(self.study, self.base)
-
-    def job(self, candidate: Candidate, solve: SolveSettings, units: int | None = None) -> Job:
-        """The job that evaluates a candidate.
-
-        candidate : which; solve : how; units : of the whole finger, where the candidate is its short stand-in
-        """
-        share = candidate.tables["bellows"]["units"] / units if units else 1.0
-        rank = self.study.rank
-        return Job(
-            candidate.name,
-            candidate.key(solve),
-            str(self.run.directory.resolve() / "designs"),
-            candidate.tables,
-            solve.model_dump(mode="json"),
-            rank.angle_deg * share,
-            rank.max_slenderness,
-            rank.solve_unprintable,
-            self.study.keep_states,
-        )
+    @property
+    def table_columns(self) -> list[str]:
+        """Header of candidates.csv."""
+        return header(self.columns.values())
 
     def screen(self, crew_settings: CrewSettings) -> ScreenResult:
         """The result of evaluating and ranking all candidates.
@@ -146,7 +63,7 @@ class Screening:
         total += sum(len(comparison.candidates) for comparison in self.study.comparison)
         with (
             Crew(crew_settings, evaluate) as crew,
-            LiveTable(self.run.path("candidates.csv"), self._tables) as live,
+            LiveTable(self.run.path("candidates.csv"), self.table_columns) as live,
         ):
             if self.study.look.use:
                 self._look(crew, live, total)
@@ -179,7 +96,7 @@ class Screening:
                 self._note(live, tally, candidate, job, record_of(outcome))
 
     def _note(self, live: LiveTable, tally: Tally, candidate: Candidate, job: Job, record: Row) -> None:
-        row = self._row(candidate, job, record, "full")
+        row = self.row(candidate, job, record, "full")
         tally.counts[record["status"]] += 1
         tally.core_s += record["core_s"]
         live.append(row)
@@ -207,7 +124,7 @@ class Screening:
             tally.counts[record["status"]] += 1
             tally.core_s += record["core_s"]
             self.progress(tally, {"name": job.name, **record})
-        bends = np.array([self._looked(candidate)[0] for candidate in self.candidates()])
+        bends = np.array([self.looked(candidate)[0] for candidate in self.candidates()])
         chosen = {0, *spread_over(bends, self.study.look.calibrate)}
         self.evaluate(crew, live, self._picked(chosen), Tally("calibrate", len(chosen)))
         self.calibration = self._calibrated(chosen)
@@ -216,35 +133,14 @@ class Screening:
         best = {int(k) for k in order[: self.study.look.confirm] if ranks[k] > 0}
         self.evaluate(crew, live, self._picked(best), Tally("confirm", len(best)))
 
-    def look_job(self, candidate: Candidate, solve: SolveSettings) -> Job:
-        """The job that looks at a candidate.
-
-        candidate : the whole one; solve : of the look
-        """
-        return self.job(
-            short_candidate(candidate, self.study.look), solve, candidate.tables["bellows"]["units"]
-        )
-
     def _picked(self, numbers: set[int]) -> Iterator[Candidate]:
         return (candidate for k, candidate in enumerate(self.candidates()) if k in numbers)
-
-    def _look_record(self, candidate: Candidate) -> Row | None:
-        if not self.study.look.use:
-            return None
-        return finished(self.look_job(candidate, look_solve(self.study)))
-
-    def _looked(self, candidate: Candidate) -> np.ndarray:
-        """Figures of a candidate's look, NaN where it gave none."""
-        record = self._look_record(candidate)
-        if record is None or record["status"] != "solved":
-            return np.full(len(LOOKED), np.nan)
-        return looked_figures(record, candidate.tables["bellows"]["units"], self.study.look)
 
     def _calibrated(self, chosen: set[int]) -> Calibration:
         pairs = []
         for candidate in self._picked(chosen):
             record = finished(self.job(candidate, self.study.solve))
-            looked = self._looked(candidate)
+            looked = self.looked(candidate)
             if record is not None and record["status"] == "solved" and np.isfinite(looked[0]):
                 pairs.append(Pair(record["units"], looked, solved_figures(record)))
         if len(pairs) < 3:
@@ -253,51 +149,6 @@ class Screening:
                 "needed; raise look.calibrate, narrow the ranges, or set look.use = false"
             )
         return calibrate(pairs, self.study.look)
-
-    def record(self, candidate: Candidate) -> tuple[Job, Row, str]:
-        """Job, record and source (full, look, none) of a candidate: the full solve where there is one.
-
-        candidate : which
-        """
-        job = self.job(candidate, self.study.solve)
-        if (record := finished(job)) is not None:
-            return job, record, "full"
-        if self.calibration is not None:
-            look = self.look_job(candidate, look_solve(self.study))
-            if (record := self._look_record(candidate)) is not None:
-                return look, self.foretold(candidate, record), "look"
-        return (
-            job,
-            {"status": "error", "reason": "the job broke off; run the study again", "core_s": 0.0},
-            "none",
-        )
-
-    def foretold(self, candidate: Candidate, record: Row) -> Row:
-        """A record as a full solve would give it.
-
-        candidate : whose; record : of its look
-        """
-        from tubefoot.study.figures_of_merit import design_figures
-
-        if record["status"] in ("impossible", "unprintable"):
-            return record
-        assert self.calibration is not None
-        whole = design_figures(FingerDesign.model_validate(candidate.tables), self.study.rank.max_slenderness)
-        kept = {key: record[key] for key in ("status", "reason", "core_s", "end_pressure_right_kpa")}
-        if record["status"] != "solved":
-            return {**kept, **whole}
-        looked = looked_figures(record, whole["units"], self.study.look)
-        return {**kept, **whole, **self.calibration.foretell(whole["units"], looked)}
-
-    def _row(self, candidate: Candidate, job: Job, record: Row, source: str) -> Row:
-        return {
-            **record,
-            **shown_values(candidate, self.columns),
-            "name": candidate.name,
-            "comparison": candidate.comparison,
-            "source": source,
-            "folder": str(job.folder.relative_to(self.run.directory.resolve())),
-        }
 
     def _scores(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Group scores (n, 4), Pareto set (n,) and ranks (n,) of all candidates, in their order."""
@@ -324,19 +175,19 @@ class Screening:
         def rows() -> Iterator[Row]:
             for k, candidate in enumerate(self.candidates()):
                 job, record, source = self.record(candidate)
-                row = self._row(candidate, job, record, source)
+                row = self.row(candidate, job, record, source)
                 row |= {"score": float(scores[k]), "rank": int(ranks[k]) or None, "pareto": bool(front[k])}
                 counts[record["status"]] += 1
                 spent[job.key] = record["core_s"]
-                if source == "full" and (look := self._look_record(candidate)) is not None:
+                if source == "full" and (look := self.look_record(candidate)) is not None:
                     spent[f"look {job.key}"] = look["core_s"]
                 if 0 < ranks[k] <= last:
                     best.append(row)
                 yield row
 
-        table = write_rows(self.run.path("candidates.csv"), self._tables, rows())
+        table = write_rows(self.run.path("candidates.csv"), self.table_columns, rows())
         best.sort(key=lambda row: row["rank"])
-        write_rows(self.run.path("best.csv"), self._tables, best[:BEST_ROWS])
+        write_rows(self.run.path("best.csv"), self.table_columns, best[:BEST_ROWS])
         core_s = sum(spent.values())
         summary: Row = {"candidates": len(ranks), "status": dict(counts), "core_hours": core_s / 3600.0}
         if self.calibration is not None:
@@ -346,13 +197,3 @@ class Screening:
         return ScreenResult(
             self.run.directory, table, best[:BEST_ROWS], dict(counts), core_s, self.calibration
         )
-
-
-def record_of(outcome: Any) -> Row:
-    """A job's record, or that of the error that ended it.
-
-    outcome : a record or an exception
-    """
-    if isinstance(outcome, BaseException):
-        return {"status": "error", "reason": f"{type(outcome).__name__}: {outcome}", "core_s": 0.0}
-    return dict(outcome)

@@ -21,8 +21,9 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError
 from tubefoot.records import read_table
 from tubefoot.study.candidates import Candidate, column_names, make_candidate
+from tubefoot.study.dimensions import Number, Span, is_whole
 from tubefoot.study.ranking import OBJECTIVES, objectives_of
-from tubefoot.study.study_file import Number, SearchSettings, Span, StudyFile, is_whole
+from tubefoot.study.study_file import SearchSettings, StudyFile
 
 if TYPE_CHECKING:
     import optuna

@@ -6,14 +6,11 @@ with a list of values or a range `{ low = 1.0, high = 2.0, count = 5 }`. Compari
 
 from __future__ import annotations
 
-import difflib
 import math
-from collections.abc import Mapping
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-import numpy as np
 from pydantic import Field, model_validator
 
 from tubefoot.config import Settings, load_settings
@@ -21,25 +18,10 @@ from tubefoot.design.finger import FingerDesign, load_design
 from tubefoot.errors import ConfigError
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.study.curve import REFERENCE_KPA
+from tubefoot.study.dimensions import Number, Span, flat, grid_values, values_of, with_values
 
 MOST_CANDIDATES = 10_000_000
 """Largest grid or sample that a study may have."""
-
-Number = int | float
-
-
-class Span(Settings):
-    """A range of one dimension: sampled, searched, or cut into `count` even values for a grid."""
-
-    low: float
-    high: float
-    count: Annotated[int, Field(ge=2, le=100_000)] | None = None
-
-    @model_validator(mode="after")
-    def _upwards(self) -> Self:
-        if self.high <= self.low:
-            raise ValueError(f"high = {self.high:g} must be above low = {self.low:g}")
-        return self
 
 
 class Comparison(Settings):
@@ -173,97 +155,6 @@ def load_study(path: Path | str) -> tuple[StudyFile, FingerDesign]:
     return study, FingerDesign.model_validate(with_values(base, flat(study.fix)))
 
 
-def with_values(design: FingerDesign, values: Mapping[str, Any]) -> dict[str, Any]:
-    """The tables of a design with some dimensions replaced, not checked yet.
-
-    design : the base; values : dotted key to value; one of `chamber_gap_mm` and `valley_outside_mm` unsets
-        the other
-    """
-    tables = design.model_dump(mode="json")
-    for key, value in values.items():
-        table, _, name = key.partition(".")
-        tables[table][name] = value
-    if values.get("bellows.valley_outside_mm") is not None:
-        tables["bellows"]["chamber_gap_mm"] = None
-    elif values.get("bellows.chamber_gap_mm") is not None:
-        tables["bellows"]["valley_outside_mm"] = None
-    return tables
-
-
-def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
-    """Nested tables as dotted keys, each a number of a design file; bare dimensions are of the bellows.
-
-    table : as in the study file; above : the key that leads to it
-
-    Raises ConfigError for a key that a design does not have.
-    """
-    found: dict[str, Any] = {}
-    for name, value in table.items():
-        key = f"{above}{name}"
-        if isinstance(value, Mapping) and key in _tables():
-            found |= flat(value, f"{key}.")
-            continue
-        if "." not in key:
-            key = f"bellows.{key}"
-        if key not in _dimensions():
-            bare = [known.partition(".")[2] for known in _dimensions()]
-            near = difflib.get_close_matches(key, _dimensions(), 1, 0.5) or difflib.get_close_matches(
-                name, bare, 1
-            )
-            hint = f"; did you mean `{near[0]}`?" if near else ""
-            raise ConfigError(f"`{name}` is no dimension of a design{hint}")
-        found[key] = value
-    return found
-
-
-def values_of(key: str, value: Any) -> Span | list[Number]:
-    """A range or a list of values.
-
-    key : dotted, for the error; value : as in the study file
-
-    Raises ConfigError when it is neither.
-    """
-    if isinstance(value, Mapping):
-        unknown = value.keys() - Span.model_fields.keys()
-        if unknown or not {"low", "high"} <= value.keys():
-            raise ConfigError(f"`{key}`: write a list of values or {{ low = 1.0, high = 2.0, count = 5 }}")
-        try:
-            return Span.model_validate(value)
-        except ValueError as error:
-            raise ConfigError(f"`{key}`: {error}") from None
-    numbers = value if isinstance(value, list | tuple) else [value]
-    if not numbers or not all(isinstance(one, int | float) and not isinstance(one, bool) for one in numbers):
-        raise ConfigError(f"`{key}` = {value!r}: write numbers in a list, or a range")
-    return list(numbers)
-
-
-def is_whole(key: str) -> bool:
-    """Whether a dimension counts something, such as the units.
-
-    key : dotted
-    """
-    return _dimensions()[key] is int
-
-
-def grid_values(key: str, axis: Span | list[Number]) -> list[Number]:
-    """The values of one axis of a grid.
-
-    key : dotted; axis : its range, with a count, or its values
-
-    Raises ConfigError for a range without a count.
-    """
-    if isinstance(axis, list):
-        return axis
-    if axis.count is None:
-        raise ConfigError(
-            f"`{key}` is a range without count: give a count, or [sample] to scatter candidates"
-        )
-    values = np.linspace(axis.low, axis.high, axis.count)
-    if is_whole(key):
-        return sorted({round(value) for value in values})
-    return [float(f"{value:.10g}") for value in values]
-
-
 def number_of_candidates(study: StudyFile) -> int:
     """How many candidates the ranges of a study make, comparisons not counted.
 
@@ -282,24 +173,3 @@ def number_of_candidates(study: StudyFile) -> int:
             "use fewer values or [sample]"
         )
     return count
-
-
-def _tables() -> set[str]:
-    return {key.partition(".")[0] for key in _dimensions()}
-
-
-@cache
-def _dimensions() -> dict[str, type]:
-    """Dotted keys of all numbers in a design file, and whether int or float."""
-    found: dict[str, type] = {}
-    for table, field in FingerDesign.model_fields.items():
-        kind = field.annotation
-        if not (isinstance(kind, type) and issubclass(kind, Settings)):
-            continue
-        for name, inner in kind.model_fields.items():
-            text = str(inner.annotation)
-            if "tuple" in text or "Literal" in text:
-                continue
-            if "float" in text or "int" in text:
-                found[f"{table}.{name}"] = float if "float" in text else int
-    return found
