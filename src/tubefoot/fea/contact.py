@@ -1,7 +1,7 @@
 """Frictionless contact of a wall with itself: a barrier that grows smoothly from a small reach on.
 
-Each quadrature point of the wall looks along its normal for the facet opposite (`proximity`) and carries, per
-undeformed area, half of
+Each quadrature point of the wall looks along its normal for the facets opposite (`proximity`) and carries for
+each, per undeformed area, half of
 
     w(g) = k / (3 d) max(0, d - g)^3,   pressure -w'(g) = k / d (d - g)^2,
 
@@ -27,13 +27,15 @@ from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import facet_powers, find_opposite, gap_along
+from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, gap_along
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 MANY = 12
 """Facets opposite one sample that are remembered."""
+SHEETS = 4
+"""Facets that one sample may press against at a time: more than one where folds meet."""
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,8 @@ def add_contact(  # type: ignore[no-untyped-def]
 def assemble_contacts(  # type: ignore[no-untyped-def]
     points,
     tangents,
+    weights,
+    which,
     facet,
     row,
     places,
@@ -164,38 +168,34 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     coefficients,
     polynomials,
     own_shapes,
-    weights,
     barrier,
     residuals,
     matrices,
 ):
-    """The energy [mJ] of all samples with a partner; nan where a partner got lost.
+    """The energy [mJ] of all contacts of a sample with a facet; nan where a facet got lost.
 
-    points : (n_samples, 3), tangents : (n_samples, 2, 3) of the samples
-    facet : (n_samples,) partner or -1; row : (n_samples,) element of the pair
-    places : (n_samples, 2) in and out; gaps : (n_samples,) out, infinite without a partner
+    points : (n, 3), tangents : (n, 2, 3), weights : (n,) [mm^2] of each contact's sample
+    which : (n,) number of the sample in its facet; facet : (n,) the facet opposite
+    row : (n,) element of the pair; places : (n, 2) in and out; gaps : (n,) out
     powers, coefficients : see `facet_powers`; polynomials : (n_facets, n_monomials, 3)
-    own_shapes : (n_q, 3, n_nodes) shape functions and slopes, of sample k at k % n_q
-    weights : (n_samples,) [mm^2]; barrier : (reach, stiffness)
+    own_shapes : (n_q, 3, n_nodes) shape functions and slopes of the samples in a facet
+    barrier : (reach, stiffness)
     residuals : (n_pairs, 6 n_nodes), matrices : (n_pairs, 6 n_nodes, 6 n_nodes) out
     """
     residuals[:] = 0.0
     matrices[:] = 0.0
-    n_q, _, n = own_shapes.shape
+    n = own_shapes.shape[2]
     surface, normal = np.empty((6, 3)), np.empty(3)
     basis, shapes = np.empty((powers.shape[0], 3)), np.empty((3, n))
     rates, turns = np.empty((6, 6 * n)), np.empty((3, 6 * n))
     total = 0.0
-    for sample in range(points.shape[0]):
-        gaps[sample] = np.inf
-        other = facet[sample]
-        if other < 0:
-            continue
-        place = places[sample]
-        cross(tangents[sample, 0], tangents[sample, 1], normal)
+    for contact in range(points.shape[0]):
+        other = facet[contact]
+        place = places[contact]
+        cross(tangents[contact, 0], tangents[contact, 1], normal)
         normal /= np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-        gap = gap_along(powers, polynomials[other], points[sample], normal, place, surface)
-        gaps[sample] = gap
+        gap = gap_along(powers, polynomials[other], points[contact], normal, place, surface)
+        gaps[contact] = gap
         if np.isnan(gap):
             return np.nan
         if gap >= barrier[0]:
@@ -213,16 +213,16 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
                     shapes[k, c] += basis[m, k] * coefficients[m, c]
         total += add_contact(
             gap,
-            tangents[sample],
+            tangents[contact],
             surface,
-            own_shapes[sample % n_q],
+            own_shapes[which[contact]],
             shapes,
-            weights[sample],
+            weights[contact],
             barrier,
             rates,
             turns,
-            residuals[row[sample]],
-            matrices[row[sample]],
+            residuals[row[contact]],
+            matrices[row[contact]],
         )
     return total
 
@@ -256,52 +256,74 @@ class SelfContact:
         normals = self._area_vectors(mesh.points)
         shares = np.tile(kind.quadrature_weights, len(self.nodes))
         self._weights: FloatArray = 0.5 * shares * np.linalg.norm(normals, axis=1)
-        n = len(self._own)
-        self._facet, self._row = np.full(n, -1), np.full(n, -1)
-        self._places, self.gaps = np.zeros((n, 2)), np.full(n, np.inf)
+        # Contacts: sample, facet opposite, place on it, gap, element of the pair.
+        self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
+        self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
         self._keep(np.empty(0, dtype=np.int64))
         self._looked_at: FloatArray | None = None
+        self._clearance = 0.0
         rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
         gap, where = self.smallest_gap(rest, 2 * self.barrier.reach)
         if gap < 0.01:
             raise GeometryError(f"walls touch at rest: {where}, gap {gap:.3g} mm, must be at least 0.01 mm")
         self.barrier = replace(self.barrier, reach=min(self.barrier.reach, gap / 2))
 
-    def look(self, state: State) -> tuple[bool, bool]:
-        """Give every sample its partner anew: whether one that matters changed, and whether the pattern grew.
+    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
+        """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
 
-        state : where to look
+        state : where to look; keep : leave the choice as it is where it still serves
         """
-        barrier = self.barrier
         if self._far(state):
             return False, False
-        facet, places, gaps, others = self._opposite(state, barrier.ahead)
+        hits, places, gaps, others = self._opposite(state, self.barrier.ahead)
         self._looked_at = state.unknowns[: self._rest.size].copy()
-        matters = (gaps < barrier.reach) | (self.gaps < barrier.reach)
-        changed = bool((facet != self._facet)[matters].any())
-        close = gaps < self._close
-        facet[~close] = -1
-        keys = self._own * len(self.nodes) + facet
-        grew = not np.isin(keys[close], self._pairs).all()
+        self._clearance = min(float(gaps.min()), self.barrier.ahead)
+        if keep and self._serves(hits, gaps):
+            return False, False
+        n = len(self.nodes)
+        sample, slot = np.nonzero(gaps < self._close)
+        self._sample, self._facet = sample, hits[sample, slot]
+        self._places, self.gaps = places[sample, slot], gaps[sample, slot]
+        keys = self._own[sample] * n + self._facet
+        grew = not np.isin(keys, self._pairs).all()
         if grew:
-            sample, slot = np.nonzero(others >= 0)
-            found = self._own[sample] * len(self.nodes) + others[sample, slot]
-            self._keep(np.union1d(self._pairs, found))
-        self._facet, self._places, self.gaps = facet, places, gaps
-        self._row = np.where(close, np.searchsorted(self._pairs, keys), -1)
-        return changed, grew
+            near, neighbour = np.nonzero(others >= 0)
+            found = self._own[near] * n + others[near, neighbour]
+            self._keep(np.union1d(np.union1d(self._pairs, found), keys))
+        self._row = np.searchsorted(self._pairs, keys)
+        return True, grew
+
+    def _serves(self, hits: IntArray, gaps: FloatArray) -> bool:
+        """Whether the present contacts are still the right ones, up to sliding a little over an edge."""
+        reach, n = self.barrier.reach, len(self.nodes)
+        acting = self.gaps < reach
+        s, t = self._places[acting].T
+        outside = np.maximum(np.maximum(-s, -t), s + t - 1.0)
+        if not self._triangle:
+            outside = np.maximum(np.abs(s), np.abs(t)) - 1.0
+        if (outside > KEPT).any():
+            return False
+        sample, slot = np.nonzero(gaps < reach)
+        new = ~np.isin(sample * n + hits[sample, slot], self._sample * n + self._facet)
+        for at, facet in zip(sample[new], hits[sample, slot][new], strict=True):
+            partners = self.nodes[self._facet[acting & (self._sample == at)]]
+            if not np.isin(partners, self.nodes[facet]).any():
+                return False
+        return True
 
     def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
         """Put the contact forces and their stiffness into the sink.
 
         state : where to evaluate; sink : takes the parts; found : energy and magnitude
         """
-        if not (self._facet >= 0).any():
+        if len(self._sample) == 0:
             return
         positions = self._positions(state)
         energy = assemble_contacts(
-            self._sampled(positions),
-            self._tangents(positions),
+            self._sampled(positions)[self._sample],
+            self._tangents(positions)[self._sample],
+            self._weights[self._sample],
+            self._sample % len(self._shape),
             self._facet,
             self._row,
             self._places,
@@ -310,7 +332,6 @@ class SelfContact:
             self._coefficients,
             self._coefficients @ positions[self.nodes],
             self._own_shapes,
-            self._weights,
             (self.barrier.reach, self.barrier.stiffness),
             self._residuals,
             self._matrices,
@@ -336,23 +357,19 @@ class SelfContact:
 
         state : where to look; within : largest gap looked for [mm]
         """
-        facet, _, gaps, _ = self._opposite(state, within, remembered=0)
-        sample = int(np.argmin(gaps))
-        if facet[sample] < 0:
+        hits, _, gaps, _ = self._opposite(state, within, remembered=0)
+        sample, slot = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
+        if hits[sample, slot] < 0:
             return float("inf"), ""
-        pair = sorted({self._labels[self._own[sample]], self._labels[facet[sample]]})
-        return float(gaps[sample]), " and ".join(name.replace("_", " ") for name in pair)
-
-    def pressures(self) -> FloatArray:
-        """Contact pressure at the samples at the last evaluation, (n_samples,) [MPa]."""
-        return self.barrier.pressure(self.gaps)
+        pair = sorted({self._labels[self._own[sample]], self._labels[hits[sample, slot]]})
+        return float(gaps[sample, slot]), " and ".join(name.replace("_", " ") for name in pair)
 
     def _far(self, state: State) -> bool:
         """Whether nothing can have come close since the last look."""
-        if self._looked_at is None or (self._facet >= 0).any():
+        if self._looked_at is None or len(self._sample):
             return False
         moved = (state.unknowns[: self._rest.size] - self._looked_at).reshape(-1, 3)
-        spare = min(float(self.gaps.min()), self.barrier.ahead) - self._close
+        spare = self._clearance - self._close
         return 2.0 * float(np.linalg.norm(moved, axis=1).max()) < spare
 
     @property
@@ -385,7 +402,7 @@ class SelfContact:
     def _opposite(
         self, state: State, within: float, remembered: int = MANY
     ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
-        """Of each sample: the facet opposite (-1 for none), place on it, gap, all facets found."""
+        """Of each sample: facets that its normal meets (-1 for none), places, gaps, neighbours found."""
         positions = self._positions(state)
         normals = self._area_vectors(positions)
         facing = normals.reshape(len(self.nodes), -1, 3).sum(axis=1)
@@ -394,7 +411,8 @@ class SelfContact:
         radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
         axis = int(np.argmax(np.ptp(centres, axis=0)))
         n = len(self._own)
-        facet, places, gaps = self._facet.copy(), np.empty((n, 2)), np.empty(n)
+        hits, gaps = np.empty((n, SHEETS), dtype=np.int64), np.empty((n, SHEETS))
+        places = np.empty((n, SHEETS, 2))
         others = np.empty((n, remembered), dtype=np.int64)
         find_opposite(
             self._sampled(positions),
@@ -410,9 +428,9 @@ class SelfContact:
             self._triangle,
             within,
             self.barrier.depth,
-            facet,
+            hits,
             places,
             gaps,
             others,
         )
-        return facet, places, gaps, others
+        return hits, places, gaps, others

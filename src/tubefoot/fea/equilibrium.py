@@ -131,13 +131,13 @@ class Model:
         self.timings.analysis += time.perf_counter() - started
         self.timings.analyses += 1
 
-    def pair(self, state: State) -> bool:
+    def pair(self, state: State, keep: bool = False) -> bool:
         """Let contacts choose their partners; whether any choice that matters changed.
 
-        state : where they look
+        state : where they look; keep : leave choices as they are where they still serve
         """
         started = time.perf_counter()
-        looked = [pairing.look(state) for pairing in self.pairings]
+        looked = [pairing.look(state, keep) for pairing in self.pairings]
         self.timings.pairing += time.perf_counter() - started
         if any(grew for _, grew in looked):
             self._number()
@@ -173,7 +173,7 @@ class Model:
             borders = self._borders(state, control)
             error = self._error(state, found, borders)
             history.append(error)
-            if error < 1.0 and self.pair(state):
+            if error < 1.0 and self.pair(state, keep=True):
                 found = self.evaluate(state, stiff=False)
                 borders = self._borders(state, control)
                 error = self._error(state, found, borders)

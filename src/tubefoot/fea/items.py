@@ -87,10 +87,10 @@ class Item(Protocol):
 class Pairing(Item, Protocol):
     """An item whose elements depend on the state: which walls are opposite each other."""
 
-    def look(self, state: State) -> tuple[bool, bool]:
+    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
         """Choose the elements anew: whether any that matters changed, and whether the pattern grew.
 
-        state : where to look
+        state : where to look; keep : leave the choice as it is where it still serves
         """
 
 

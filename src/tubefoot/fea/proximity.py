@@ -19,11 +19,10 @@ IntArray = NDArray[np.int64]
 
 OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
-BEYOND = 0.01
+BEYOND = 1e-9
 """How far outside a facet's edge, in reference units, a place still belongs to it."""
-KEPT = 0.05
-"""How far outside it may lie for a facet to remain the partner; more than BEYOND, so that a point between two
-facets does not change from one to the other and back."""
+KEPT = 0.1
+"""How far outside it may have slid within a step: there the facet goes on as the same polynomial."""
 NEIGHBOUR = 0.7
 """How far outside it may lie for the facet to be one that the point may soon slide onto."""
 
@@ -155,31 +154,31 @@ def find_opposite(  # type: ignore[no-untyped-def]
     triangle,
     reach,
     depth,
-    facet,
+    hits,
     places,
     gaps,
     others,
 ):
-    """For each sample of a wall the facet of the same surface that lies opposite, and its gap.
+    """For each sample of a wall every facet of the same surface that its normal meets, and the gaps.
 
     points, normals : (n_samples, 3) of the samples; own : (n_samples,) facet that bears each
     nodes : (n_facets, n_nodes); powers, polynomials : (n_facets, n_monomials, 3) of the facets
     spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
     order : facets sorted by centre along `axis`
     triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
-    facet : (n_samples,) in, the partners so far, and out, -1 for none
-    places : (n_samples, 2) out; gaps : (n_samples,) out
-    others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 only
-        the nearest facet is looked for
+    hits : (n_samples, m) out, facets, -1 padded; places : (n_samples, m, 2) out; gaps : (n_samples, m) out
+    others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 facets
+        farther off than one already found are left out
     """
     widest = spheres[:, 3].max() + max(reach, depth)
     ordered = spheres[order, axis]
     for sample in prange(points.shape[0]):
         place, surface = np.empty(2), np.empty((6, 3))
-        partner = facet[sample]
-        facet[sample] = -1
+        hits[sample] = -1
         gaps[sample] = np.inf
         others[sample] = -1
+        nearest = np.inf
+        met = 0
         x = points[sample]
         count = 0
         low = np.searchsorted(ordered, x[axis] - widest)
@@ -193,7 +192,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
                 distance += (x[i] - spheres[candidate, i]) ** 2
             if distance > (spheres[candidate, 3] + max(reach, depth)) ** 2:
                 continue
-            if others.shape[1] == 0 and np.sqrt(distance) - spheres[candidate, 3] > abs(gaps[sample]):
+            if others.shape[1] == 0 and np.sqrt(distance) - spheres[candidate, 3] > nearest:
                 continue
             cosine = 0.0
             for i in range(3):
@@ -212,12 +211,12 @@ def find_opposite(  # type: ignore[no-untyped-def]
             if count < others.shape[1]:
                 others[sample, count] = candidate
                 count += 1
-            kept = candidate == partner and outside <= KEPT
-            settled = facet[sample] == partner and partner >= 0
-            if kept or (not settled and outside <= BEYOND and abs(gap) < abs(gaps[sample])):
-                gaps[sample] = gap
-                facet[sample] = candidate
-                places[sample] = place
+            if outside <= BEYOND and met < hits.shape[1]:
+                hits[sample, met] = candidate
+                places[sample, met] = place
+                gaps[sample, met] = gap
+                nearest = min(nearest, abs(gap))
+                met += 1
 
 
 def facet_powers(kind: ElementKind) -> tuple[IntArray, FloatArray]:
