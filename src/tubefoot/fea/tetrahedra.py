@@ -30,7 +30,7 @@ HALVINGS = 40
 GRADING = 0.5
 """How quickly cells may grow away from small features, 0 to 1."""
 CURVATURE = 1.5
-"""Cells a radius of curvature, about: below that, curved cells fold; 2 is Netgen's own and twice as costly."""
+"""Cells a radius of curvature, about: below that, curved cells fold; 2, Netgen's own, is twice as costly."""
 UNNAMED = ("", "default")
 
 
