@@ -132,6 +132,7 @@ class Optimisation(Screening):
             tally.under_way = min(crew.under_way, crew.threads)
             tally.core_s += record["core_s"]
             tally.counts[record["status"]] += 1
+            tally.total += record["status"] != "solved"
             live.append(self._trial_row(int(trial.candidate.name), trial, record))
             self.progress(tally, {"name": trial.candidate.name, **record})
             yield trial, record
