@@ -22,7 +22,8 @@ def draw_front(directory: Path) -> Path:
     from matplotlib import pyplot
 
     front = read_table(directory / "front.csv")
-    others = [row for row in read_table(directory / "evaluations.csv") if isinstance(row[GAIN], float)]
+    rows = read_table(directory / "evaluations.csv")
+    others = [row for row in rows if isinstance(row[GAIN], float) and isinstance(row[STRESS], float)]
     with styled():
         canvas, axes = pyplot.subplots(figsize=(6.6, 4.4), layout="constrained")
         axes.plot(
