@@ -51,10 +51,10 @@ class Tolerance:
 
     force: float = 1e-7
     volume: float = 1e-8
-    iterations: int = 16
+    iterations: int = 24
     min_jacobian: float = 0.1
     min_gap: float = -0.3
-    pairings: int = 3
+    pairings: int = 8
 
     def admits(self, found: Evaluation) -> bool:
         """Whether a trial state is one from which Newton may go on.

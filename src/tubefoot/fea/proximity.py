@@ -21,7 +21,7 @@ OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
 BEYOND = 1e-9
 """How far outside a facet's edge, in reference units, a place still belongs to it."""
-KEPT = 0.1
+KEPT = 0.3
 """How far outside it may have slid within a step: there the facet goes on as the same polynomial."""
 NEIGHBOUR = 0.7
 """How far outside it may lie for the facet to be one that the point may soon slide onto."""
