@@ -13,7 +13,8 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError, ConvergenceError
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.path import StepControl, follow
-from tubefoot.fea.solve import CURVE_COLUMNS, solve_design
+from tubefoot.fea.recorder import CURVE_COLUMNS
+from tubefoot.fea.solve import solve_design
 from tubefoot.records import read_table
 
 FINGER = FingerDesign().with_bellows(units=1)

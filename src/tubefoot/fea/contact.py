@@ -27,7 +27,7 @@ from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, gap_along
+from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, gap_along, outside_facet
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -297,11 +297,7 @@ class SelfContact:
         """Whether the present contacts are still the right ones, up to sliding a little over an edge."""
         reach, n = self.barrier.reach, len(self.nodes)
         acting = self.gaps < reach
-        s, t = self._places[acting].T
-        outside = np.maximum(np.maximum(-s, -t), s + t - 1.0)
-        if not self._triangle:
-            outside = np.maximum(np.abs(s), np.abs(t)) - 1.0
-        if (outside > KEPT).any():
+        if any(outside_facet(place, self._triangle) > KEPT for place in self._places[acting]):
             return False
         sample, slot = np.nonzero(gaps < reach)
         new = ~np.isin(sample * n + hits[sample, slot], self._sample * n + self._facet)
