@@ -5,7 +5,8 @@ import pytest
 from probe import DenseSink
 
 from tubefoot.errors import ConfigError, GeometryError
-from tubefoot.fea.contact import Barrier, SelfContact
+from tubefoot.fea.barrier import Barrier
+from tubefoot.fea.contact import SelfContact
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import FacetSet, Mesh

@@ -5,7 +5,8 @@ import pytest
 from scipy.optimize import brentq
 
 from mapped_box import joined, mapped_box, plane
-from tubefoot.fea.contact import Barrier, SelfContact
+from tubefoot.fea.barrier import Barrier
+from tubefoot.fea.contact import SelfContact
 from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.obstacle import Obstacle, Plane, Sphere

@@ -12,8 +12,9 @@ from tubefoot.config import Settings
 from tubefoot.design.finger import FingerDesign
 from tubefoot.design.material import OgdenMaterial
 from tubefoot.errors import ConfigError
+from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.cavity import Cavity
-from tubefoot.fea.contact import Barrier, SelfContact
+from tubefoot.fea.contact import SelfContact
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import PressureSpace
 from tubefoot.fea.end_mesh import RigidEnds

@@ -24,7 +24,7 @@ from numba import njit, prange
 from numpy.typing import NDArray
 
 from tubefoot.fea.items import State
-from tubefoot.fea.kernel import cofactor, deformation_gradient
+from tubefoot.fea.material_point import cofactor, deformation_gradient
 from tubefoot.fea.ogden import FLAGS, ogden_point
 from tubefoot.fea.solid import Solid
 

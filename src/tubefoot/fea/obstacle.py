@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError
-from tubefoot.fea.contact import Barrier
+from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh

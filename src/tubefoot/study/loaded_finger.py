@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.design.finger import FingerDesign
-from tubefoot.fea.contact import Barrier
+from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.equilibrium import Model, Step
