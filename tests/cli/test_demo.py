@@ -90,5 +90,5 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     capsys.readouterr()
 
     demo(out=tmp_path, quick=True)
-    assert capsys.readouterr().out.count("already solved") == 5
+    assert capsys.readouterr().out.count("already solved") == len(planned)
     assert [path.stat().st_mtime_ns for path in states] == solved
