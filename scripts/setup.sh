@@ -29,4 +29,4 @@ else
 fi
 
 [ -x "$VENV/bin/python" ] || "$PYTHON" -m venv "$VENV"
-"$VENV/bin/python" -m pip install --quiet --constraint constraints.txt --editable '.[all,dev]'
+"$VENV/bin/python" -m pip install --quiet --constraint constraints.txt --editable '.[all,dev,docs]'
