@@ -200,7 +200,7 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         for number, hand in enumerate(("right", "left"))
     ]
     walls = contact_walls(mesh, settings.contact_reach_mm)
-    others: list[Item] = [*_seam(mesh, design), *(walls if settings.self_contact else [])]
+    others: list[Item] = [*seam_films(mesh, design), *(walls if settings.self_contact else [])]
     model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings), others)
     profile = design.profile
     return FingerModel(
@@ -250,8 +250,11 @@ def _memory(mesh: Mesh, solid: Solid, design: FingerDesign) -> Memory:
     return Memory(solid, relaxation, rigid)
 
 
-def _seam(mesh: Mesh, design: FingerDesign) -> list[Film]:
-    """The resin film on the mid-plane, its half on this side; none for the ideal seam."""
+def seam_films(mesh: Mesh, design: FingerDesign) -> list[Film]:
+    """The resin film on the mid-plane, its half on this side; none for the ideal seam.
+
+    mesh : with the facet set mid_plane; design : says how thick and stiff the film is
+    """
     seam = design.seam
     if seam.modulus_mpa == 0.0 or seam.thickness_mm == 0.0:
         return []

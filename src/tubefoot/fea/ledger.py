@@ -19,7 +19,7 @@ from tubefoot.records import Run, read_table, write_json, write_table, write_who
 
 Row = dict[str, Any]
 
-FURTHER_TABLES = ("seam", "hotspots")
+FURTHER_TABLES = ("seam", "hotspots", "grasp")
 """Tables beside curve, regions and units that a run may have."""
 
 

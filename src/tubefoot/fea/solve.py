@@ -47,7 +47,7 @@ def solve_design(
     ledger = Ledger.open(run, settled, overwrite)
     if ledger.summary is not None:
         return SolveResult(run.directory, ledger.curve, ledger.regions, ledger.summary)
-    finger = _SolvedFinger(build_finger(design, settings))
+    finger = SolvedFinger(build_finger(design, settings))
     return record(
         finger, run, ledger, progress, lambda observe, known: _walk(finger.finger, run, observe, known)
     )
@@ -86,12 +86,16 @@ def _timed(known: list[Step], curve: list[Row]) -> list[TimedStep]:
     ]
 
 
-class _SolvedFinger:
-    """A finger as the recorder reads it."""
+class SolvedFinger:
+    """A finger as the recorder reads it, see `Subject`."""
 
     share = HALF
 
     def __init__(self, finger: FingerModel):
+        """Prepare what is read off it.
+
+        finger : the model that is solved
+        """
         self.finger = finger
         self.mesh, self.solid, self.model = finger.mesh, finger.solid, finger.model
         self.settings = finger.settings
@@ -99,13 +103,24 @@ class _SolvedFinger:
         self._seam = Seam(finger.mesh, finger.solid)
 
     def turns(self, unknowns: FloatArray) -> tuple[float, float]:
+        """Turn of the tip and turn half way up [rad].
+
+        unknowns : displacements first [mm]
+        """
         return self.finger.tip(unknowns)[0], self.finger.centreline.middle_turn(unknowns)
 
     def gap(self, step: Step) -> tuple[float | None, str | None]:
+        """Smallest gap between the finger's walls [mm] and which they are.
+
+        step : a converged step
+        """
         return min(wall.smallest_gap(step.state, GAPS_WITHIN_MM) for wall in self.finger.walls)
 
     def unit_rows(self, number: int, stresses: Stresses) -> list[Row]:
-        """Stress of each unit, caps left out."""
+        """Stress of each unit, caps left out.
+
+        number : the state's step; stresses : there
+        """
         profile = self.finger.design.profile
         unit = np.floor(self.solid.points[..., 2].mean(axis=1) / profile.pitch).astype(int)
         rows = []
@@ -116,7 +131,10 @@ class _SolvedFinger:
         return rows
 
     def further_rows(self, number: int, step: Step, stresses: Stresses) -> dict[str, list[Row]]:
-        """Rows of seam.csv and hotspots.csv."""
+        """Rows of seam.csv and hotspots.csv.
+
+        number : the state's step; step : the state; stresses : there
+        """
         design = self.finger.design
         found = self._seam.read(self.model, step.state)
         return {
@@ -125,4 +143,5 @@ class _SolvedFinger:
         }
 
     def facts(self) -> dict[str, Any]:
+        """What summary.json says of a finger only: nothing."""
         return {}
