@@ -165,6 +165,18 @@ class Recorder:
             row[f"scatter_{branch}_kpa"] = scatter / KPA
         self._add("neutral", time_s, row)
 
+    def angle(self, time_s: float, received_s: float, values: Mapping[str, float], fault: str = "") -> None:
+        """Record what the camera's pictures say of the finger.
+
+        time_s : when the picture was taken, as the camera says [s]
+        received_s : when its angle was known [s]
+        values : bend_deg, sigma_deg, theta1_deg, theta2_deg, quality; what is not a number becomes null
+        fault : why the angle is not known, empty when it is
+        """
+        row = {"time_s": time_s, "received_s": received_s}
+        row |= {key: _digits(float(value)) for key, value in values.items()}
+        self._add("angles", time_s, {**row, "fault": fault})
+
     def decision(self, time_s: float, controller: str, values: Mapping[str, Any]) -> None:
         """Record what a controller saw and decided.
 

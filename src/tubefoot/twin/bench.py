@@ -25,6 +25,7 @@ from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.twin.bent_axis import BentAxis
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
 from tubefoot.twin.faults import BenchFault, FaultSchedule
+from tubefoot.twin.fingers import finger_length
 from tubefoot.twin.frame_drawer import FrameDrawer
 from tubefoot.twin.processor import NativeCore, PipedProcessor
 from tubefoot.units import DEG
@@ -44,11 +45,17 @@ LENS = Lens.centred(640, 480, 800.0, (-0.12, 0.05, 0.0005, -0.0004, 0.0))
 PLANE = PlanePose.facing(250.0, 4 * DEG, -6 * DEG, (2.0, -46.0))
 
 
-def bench_layout() -> MarkerLayout:
-    """Markers of the virtual bench: five on the 12-unit finger, the last on the tip cap."""
-    places = ((1, 2.0), (2, 25.0), (4, 46.0), (7, 67.0), (11, 90.0))
+def bench_layout(length_mm: float = 92.0) -> MarkerLayout:
+    """Markers of the virtual bench: five on the 12-unit finger, fewer on shorter ones, the last on the tip cap.
+
+    length_mm : of the finger, caps included
+    """
+    tip = length_mm - 2.0
+    places = [(1, 2.0), (2, 25.0), (4, 46.0), (7, 67.0)]
+    below = [place for place in places if place[1] < tip - 12.0]
     return MarkerLayout(
-        length_mm=92.0, markers=tuple(MarkerPlace(id=marker, z_mm=height) for marker, height in places)
+        length_mm=length_mm,
+        markers=tuple(MarkerPlace(id=marker, z_mm=height) for marker, height in [*below, (11, tip)]),
     )
 
 
@@ -81,7 +88,7 @@ class VirtualBench:
         if board not in BOARDS:
             raise ConfigError(f"board {board!r}: choose one of {', '.join(BOARDS)}")
         self.settings = settings or BenchSettings()
-        self.layout = bench_layout()
+        self.layout = bench_layout(finger_length(self.settings.finger))
         self.calibration = CameraCalibration.of(LENS, PLANE).model_copy(update={"zeroed": True})
         self.rig_settings = rig_settings or RigSettings()
         streams = np.random.default_rng([seed, 1]).spawn(4)

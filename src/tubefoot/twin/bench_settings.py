@@ -64,6 +64,8 @@ class FingerMake(Settings):
     """the reduced model as a MuJoCo chain; the same without weight and inertia; or a linear stand-in"""
     model: str = ""
     """file of a reduced model, written by `tubefoot reduce`; the 12-unit reference finger if empty"""
+    units: int | None = Field(default=None, ge=1, le=48)
+    """number of units, made from the units of the model; as many as the model has if not given"""
     tilt_deg: float = Field(default=0.0, ge=-180, le=180)
     """of the straight finger against the vertical, to the left: 0 stands, 180 hangs; for the chain"""
     stiffness: float = Field(default=1.0, gt=0.05, le=20)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from tubefoot.reduced.files import read_reduced, reference_file
-from tubefoot.reduced.relaxation import NO_RELAXATION
+from tubefoot.reduced.finger import ReducedFinger
+from tubefoot.reduced.relaxation import NO_RELAXATION, ROOM_C, Prony
 from tubefoot.twin.bench_settings import FingerMake
 from tubefoot.twin.finger_response import FingerResponse, LinearFinger
 from tubefoot.twin.still_finger import StillFinger
@@ -16,10 +17,19 @@ LONGEST_STEP_S = 2.5e-3
 """Of the chain while the fluid takes longer steps [s]; the plant's own millisecond otherwise."""
 
 
-def finger_of(make: FingerMake) -> FingerResponse:
+def finger_length(make: FingerMake) -> float:
+    """Length of the finger at rest, caps included [mm].
+
+    make : of the finger; the linear stand-in is as long as the reference finger
+    """
+    return _law_of(make)[0].length
+
+
+def finger_of(make: FingerMake, kelvin: float = 0.0) -> FingerResponse:
     """The finger that the settings describe.
 
     make : of the finger; raises ConfigError when its model cannot be read
+    kelvin : by which the room is warmer than 23 degC; its wall then relaxes faster
     """
     if make.law == "linear":
         factor, seam = make.stiffness, 1.0 + make.seam_stiffening
@@ -29,12 +39,18 @@ def finger_of(make: FingerMake) -> FingerResponse:
             gain=0.85 * DEG / KPA / factor / seam,
             memory=LINEAR_MEMORY if make.creep else (),
         )
-    content = read_reduced(make.model) if make.model else reference_file()
-    memory = content.to_prony() if make.creep else NO_RELAXATION
+    law, memory = _law_of(make, kelvin)
     if make.law == "chain":
         from tubefoot.twin.finger import Mounting, SimulatedFinger
 
-        print_of_it = content.to_finger().with_scale(make.stiffness)
+        print_of_it = law.with_scale(make.stiffness)
         mounting = Mounting(make.tilt_deg)
         return SimulatedFinger(print_of_it, memory, mounting, LONGEST_STEP_S, make.seam_stiffening)
-    return StillFinger(content.to_finger(), memory, make.stiffness, make.seam_stiffening)
+    return StillFinger(law, memory, make.stiffness, make.seam_stiffening)
+
+
+def _law_of(make: FingerMake, kelvin: float = 0.0) -> tuple[ReducedFinger, Prony]:
+    content = read_reduced(make.model) if make.model else reference_file()
+    law = content.to_finger()
+    memory = content.to_prony(ROOM_C + kelvin) if make.creep else NO_RELAXATION
+    return law if make.units is None else law.with_units(make.units), memory
