@@ -28,7 +28,10 @@ KEPT_READINGS = 100_000
 
 
 class BoardRig:
-    """A bench behind a port; `Rig` says what its methods promise."""
+    """A bench behind a port; `Rig` says what its methods promise.
+
+    on_reading : called with every sample's reading, whoever waits for it
+    """
 
     def __init__(self, port: Port, settings: RigSettings, recorder: Recorder | None = None):
         """Describe the bench; nothing is opened yet.
@@ -46,6 +49,7 @@ class BoardRig:
         self.link = Link(port)
         self.link.on_frame = self._take_frame
         self.link.on_sent = self._note_sent
+        self.on_reading: Callable[[Reading], None] = lambda reading: None
         self._recorder = recorder
         self._board_time = BoardTime()
         self._neutral: Neutral | None = None
@@ -125,7 +129,11 @@ class BoardRig:
             raise LinkError("the last pulse is still running; wait for its end, or stop it")
         # Before the answer: the end of a very short pulse may come together with it.
         self.last_pulse, self._running, self._running_sequence = None, sent, self.link.next_sequence
-        answer = self.link.command(command)
+        try:
+            answer = self.link.command(command)
+        except SafetyStop:  # the line lets no pulse pass
+            self.last_pulse, self._running = last, None
+            raise
         if answer.status != Status.OK:
             self.last_pulse, self._running = last, None
             self._refuse(answer)
@@ -151,6 +159,16 @@ class BoardRig:
         self._neutral = neutral
         self._volume = 0.0
         self._record(lambda recorder: recorder.neutral(self.clock.now(), neutral))
+
+    def record_into(self, recorder: Recorder | None) -> None:
+        """Record into another file from now on, beginning with the zero in force; the last one stays open.
+
+        recorder : begun; None to record no more
+        """
+        self._recorder = recorder
+        if self._neutral is not None:
+            zero = self._neutral
+            self._record(lambda writer: writer.neutral(self.clock.now(), zero))
 
     def round_trip(self) -> float:
         """Time from a sign of life to its answer [s]."""
@@ -267,6 +285,7 @@ class BoardRig:
         reading, self._heard = self._newest, time
         self._readings.append(reading)
         self._record(lambda recorder: recorder.sample(reading, sample))
+        self.on_reading(reading)
 
     def _pressures(self, sample: messages.Sample) -> tuple[tuple[float, ...], float]:
         """Gauge pressure of each branch [MPa] and the supply [V]."""

@@ -8,8 +8,10 @@ same interface as a serial port: waiting for bytes is what makes virtual time pa
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from enum import IntEnum
 from types import TracebackType
 
@@ -20,6 +22,8 @@ from tubefoot.twin.processor import ANSWER, BYTES_AT_ONCE, CYCLES_PER_S, REQUEST
 
 _DIRECTIONS = {1: 1, 2: -1}
 STANDING = PumpDrive(0, 0.0)
+HOLD_UP_S = 0.1
+"""A board at the wall clock's pace that was held up for longer goes on from where it was, without a rush."""
 
 
 class Operation(IntEnum):
@@ -57,6 +61,7 @@ class SimulatedBoard:
         self.time = 0.0
         self._cycle = self._steps = 0
         self._outgoing = b""
+        self._wire = threading.Lock()
         self.reset_due = False
         self._processor = processor or PipedProcessor()
 
@@ -77,11 +82,12 @@ class SimulatedBoard:
         return self.drive.direction != 0 and self.drive.duty > 0
 
     def send(self, data: bytes) -> None:
-        """Put bytes on the wire to the board; they go with the next steps.
+        """Put bytes on the wire to the board, from any thread; they go with the next steps.
 
         data : bytes
         """
-        self._outgoing += self.to_board(data)
+        with self._wire:
+            self._outgoing += self.to_board(data)
 
     def step(self, operation: Operation = Operation.RUN) -> bytes:
         """The bytes that the board sent in one step of virtual time.
@@ -114,9 +120,10 @@ class SimulatedBoard:
         target = round((self._steps + 1) * self.step_s * CYCLES_PER_S)
         cycles = max(1, target - self._cycle)  # steps end within one instruction of a fixed grid
         volts = self.plant.sensor_volts()
-        outgoing = self._outgoing
-        if outgoing:
-            outgoing, self._outgoing = outgoing[:BYTES_AT_ONCE], outgoing[BYTES_AT_ONCE:]
+        outgoing = b""
+        if self._outgoing:
+            with self._wire:
+                outgoing, self._outgoing = self._outgoing[:BYTES_AT_ONCE], self._outgoing[BYTES_AT_ONCE:]
         request = REQUEST.pack(
             cycles,
             int(1e3 * volts[0] + 0.5),
@@ -141,6 +148,7 @@ class LockstepPort:
     """A port, and a clock, on a simulated board: waiting makes virtual time pass.
 
     on_step : called with the time after each step
+    turn : held during each step; a lock, where more than one thread lets time pass
     """
 
     def __init__(self, board: SimulatedBoard, name: str = "simulated board", real_time: bool = False):
@@ -158,6 +166,7 @@ class LockstepPort:
         self._open = False
         self.unplugged = False
         self.on_step: Callable[[float], None] = lambda time: None
+        self.turn: AbstractContextManager[object] = nullcontext()
 
     def open(self) -> None:
         """Open the line; unlike an Uno's, this does not restart the board."""
@@ -197,13 +206,22 @@ class LockstepPort:
 
     def advance(self) -> bytes:
         """What the board sent in one step, which is kept for `read` while the line is open."""
-        out = self.board.step()
         if self._ahead_of is not None:
-            time.sleep(max(0.0, self.board.time - (time.monotonic() - self._ahead_of)))
-        if out and self._open and not self.unplugged:
-            self._inbox.append(out)
-        self.on_step(self.board.time)
+            self._keep_pace(self._ahead_of)
+        with self.turn:
+            out = self.board.step()
+            if out and self._open and not self.unplugged:
+                self._inbox.append(out)
+            self.on_step(self.board.time)
         return out
+
+    def _keep_pace(self, ahead_of: float) -> None:
+        """Wait for the wall clock, `ahead_of` that of the board's start, or let go of what cannot be caught up."""
+        lead = self.board.time - (time.monotonic() - ahead_of)
+        if lead > 0:
+            time.sleep(lead)
+        elif lead < -HOLD_UP_S:
+            self._ahead_of = ahead_of - lead
 
     def press_reset(self) -> None:
         """Press the board's reset button."""
