@@ -14,18 +14,14 @@ if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
     from tubefoot.cli.bend_stage import Stage
-    from tubefoot.control.adaptive import AdaptiveController
     from tubefoot.control.creep import CreepLaw
     from tubefoot.control.loop import Motion
-    from tubefoot.control.paper import PaperController
     from tubefoot.control.settings import BendSettings
     from tubefoot.control.trajectory import Trajectory
     from tubefoot.lab.settings import RigSettings
     from tubefoot.records import Run
 
 ControllerName = Literal["paper", "adaptive", "tracking"]
-LEAST_FORESEEN_DEG = 10.0
-"""A small step is allowed the volume of one of this size before a leak is suspected."""
 GAUGE_S = 0.2
 GAUGE_WIDTH = 41
 
@@ -153,6 +149,7 @@ class _Plan:
 
     def carry_out(self, stage: Stage, rig: RigSettings, motions: list[Motion]) -> None:
         """Run the motions, each after the one before has settled."""
+        from tubefoot.control.choice import step_controller, volume_foreseen
         from tubefoot.control.loop import BendLoop
         from tubefoot.control.tracking import TrackingController
         from tubefoot.units import DEG
@@ -164,26 +161,14 @@ class _Plan:
             motions.append(loop.run(tracking, part="trajectory", timed=False))
             gauge.close()
             return
-        steps = self._stepper(rig)
-        largest = max(abs(target) for target in self.targets)
-        foreseen = max(largest, LEAST_FORESEEN_DEG) * DEG / self.law.gain
+        steps = step_controller(self.name, self.law, rig, self.settings)
+        foreseen = volume_foreseen(self.law, max(abs(target) for target in self.targets) * DEG)
         for target, part in zip(self.targets, ("to target", "return"), strict=False):
             steps.aim(target * DEG)
             motions.append(loop.run(steps, foreseen, part))
             gauge.close()
             if not motions[-1].settled:
                 break
-
-    def _stepper(self, rig: RigSettings) -> PaperController | AdaptiveController:
-        from tubefoot.control.adaptive import AdaptiveController
-        from tubefoot.control.paper import PaperController
-        from tubefoot.units import KPA
-
-        chosen = self.settings
-        if self.name == "paper":
-            return PaperController(0.0, chosen.goal, chosen.paper)
-        most = rig.rig_limits().pressure_high - chosen.planned_margin_kpa * KPA
-        return AdaptiveController(0.0, self.law, rig.pump, most, chosen.goal, chosen.adaptive)
 
 
 class Gauge:

@@ -85,13 +85,13 @@ def calibrate(
     """
     import tomli_w
 
-    from tubefoot.cli import rig_calibrations
+    from tubefoot.lab.rig_calibrations import CALIBRATIONS
     from tubefoot.records import write_table, write_whole
 
     settings = rig_settings(rig_file, port)
     run = _run(out, f"rig calibrate {what}", settings, sim, seed)
     with open_bench(settings, sim, recording_path(run.directory), seed) as bench:
-        rows, calibrated = rig_calibrations.CALIBRATIONS[what](bench, settings, _say)
+        rows, calibrated = CALIBRATIONS[what](bench.rig, bench.operator, settings, _say)
     write_table(run.path(f"{what}.csv"), rows)
     write_whole(run.path("rig.toml"), tomli_w.dumps(calibrated.model_dump(mode="json")))
     print(f"use it: --rig {run.path('rig.toml')}")

@@ -23,7 +23,7 @@ REPEATS_S = (0.0, 0.02, 0.05)
 TURN_S = 0.02
 """How long to wait for a thread that is writing just now; one that hangs there is overtaken [s]."""
 OUTSIDE = 128
-"""Distance from the newest sequence number: outside the board's window, so that the link's count stays valid."""
+"""From the newest sequence number: outside the board's window, so that the link's count stays valid."""
 
 
 class EmergencyLine:

@@ -1,26 +1,28 @@
-"""The three calibrations of `tubefoot rig calibrate`: readings in, a corrected rig file out."""
+"""The three calibrations of a bench: readings in, corrected rig settings out."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from tubefoot.cli.bench import Bench
 from tubefoot.lab import calibration
+from tubefoot.lab.operator import Operator
+from tubefoot.lab.rig import Rig
 from tubefoot.lab.settings import BRANCHES, PumpSettings, RigSettings
 
 Rows = list[dict[str, Any]]
 Say = Callable[[str], None]
 
 
-def pressure(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
+def pressure(rig: Rig, operator: Operator, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
     """Readings and rig settings with every sensor's zero and span.
 
-    bench : connected
+    rig : connected, the pump standing
+    operator : who stands at the bench
     settings : to correct
     say : told about progress
     """
-    rows = calibration.measure_pressures(bench.rig, bench.operator, say)
+    rows = calibration.measure_pressures(rig, operator, say)
     sensors = {}
     for branch in BRANCHES[: settings.board.channels]:
         own = [row for row in rows if row["branch"] == branch]
@@ -33,14 +35,15 @@ def pressure(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSe
     return rows, settings.model_copy(update={"sensors": sensors})
 
 
-def supply(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
+def supply(rig: Rig, operator: Operator, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
     """Readings and rig settings with what the sagging supply does to every sensor.
 
-    bench : connected
+    rig : connected, the pump standing
+    operator : who stands at the bench
     settings : to correct
     say : told about progress
     """
-    rows = calibration.measure_supply(bench.rig, bench.operator, say)
+    rows = calibration.measure_supply(rig, operator, say)
     sensors = {}
     for branch in BRANCHES[: settings.board.channels]:
         sensors[branch], sigma = calibration.fit_sag(rows, branch, settings.sensor(branch))
@@ -48,17 +51,18 @@ def supply(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSett
     return rows, settings.model_copy(update={"sensors": sensors})
 
 
-def pump(bench: Bench, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
+def pump(rig: Rig, operator: Operator, settings: RigSettings, say: Say) -> tuple[Rows, RigSettings]:
     """Readings and rig settings with the pump's law in both directions.
 
-    bench : connected
+    rig : connected, the pump standing
+    operator : who stands at the bench
     settings : to correct
     say : told about progress
     """
     limits = settings.limits
     duties = sorted({min(duty, limits.duty_max) for duty in calibration.DUTIES})
     durations = sorted({min(duration, limits.pulse_max_s) for duration in calibration.DURATIONS_S})
-    rows = calibration.measure_pump(bench.rig, bench.operator, say, duties, durations)
+    rows = calibration.measure_pump(rig, operator, say, duties, durations)
     flows = {}
     for name, direction in (("forward", 1), ("reverse", -1)):
         own = [row for row in rows if row["direction"] == direction]
