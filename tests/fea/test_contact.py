@@ -185,3 +185,37 @@ def test_a_box_without_rounding_is_an_error():
         Box((0, 0, 0), (1, 2, 3), 0.0)
     with pytest.raises(ConfigError, match="orthonormal"):
         Box((0, 0, 0), (1, 2, 3), 0.1, ((1, 0, 0), (0, 1, 0), (0, 1, 1)))
+
+
+def at(mesh, heights):
+    """The state in which each point has been lifted to the height given for its rest height."""
+    displacement = np.zeros(mesh.points.shape)
+    for rest, lifted in heights.items():
+        displacement[np.isclose(mesh.points[:, 2], rest), 2] = lifted - rest
+    return State(displacement.ravel(), np.zeros(0), 0.0)
+
+
+def test_walls_that_were_far_apart_are_found_once_they_have_come_close():
+    mesh = facing("quad9", 3.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(at(mesh, {3.0: 2.5}))
+    assert len(contact.gaps) == 0
+    assert contact.look(at(mesh, {3.0: 0.05}), keep=True) == (True, True)
+    assert contact.gaps == pytest.approx(0.05)
+
+
+def test_partners_are_not_kept_when_another_wall_has_taken_their_place():
+    lower, below = patch("quad9", 0.0, True, 0)
+    first, above = patch("quad9", 1.0, False, len(lower))
+    second, beyond = patch("quad9", 2.0, False, 2 * len(lower))
+    facets = {"walls": FacetSet("quad9", np.vstack([below, above, beyond]))}
+    mesh = Mesh(np.vstack([lower, first, second]), (), (), facets)
+    contact = SelfContact(mesh, ["walls"])
+    near = at(mesh, {1.0: 0.05})
+    assert contact.look(near) == (True, True)
+    evaluate(contact, near.unknowns)
+    swapped = at(mesh, {1.0: 2.0, 2.0: 0.05})
+    evaluate(contact, swapped.unknowns)
+    assert contact.look(swapped, keep=True)[0]
+    found, _ = evaluate(contact, swapped.unknowns)
+    assert found.min_gap == pytest.approx(0.05)

@@ -176,3 +176,23 @@ def test_bad_settings_are_explained(table, words):
 def test_pumped_volume_is_no_goal_of_a_pressure_drive(tmp_path):
     with pytest.raises(ConfigError, match="drive by volume"):
         solve_design(FINGER, tmp_path, settings(until="pumped_volume_ml", target=0.1, cavities="pressure"))
+
+
+TALL = FingerDesign().with_bellows(units=1, height_mm=14.0)
+
+
+def test_a_finger_goes_on_through_the_contact_of_its_walls(tmp_path):
+    result = solve_design(TALL, tmp_path, settings(element_size_mm=5.0, target=32.0))
+    assert result.summary["end_reason"] == "goal reached"
+    gaps = result.column("contact_gap_min_mm")
+    reach = SolveSettings().contact_reach_mm
+    # The walls lie on each other, and neither has gone through the other by 2 % of the thinnest wall.
+    assert gaps[-1] < reach
+    assert gaps.min() > -0.02 * 1.5
+
+
+def test_without_self_contact_the_path_ends_where_walls_touch(tmp_path):
+    result = solve_design(TALL, tmp_path, settings(element_size_mm=5.0, target=32.0, self_contact=False))
+    assert result.summary["end_reason"].startswith("self-contact: flank inside left")
+    assert result.column("pressure_right_kpa")[-1] < 32.0
+    assert result.column("contact_gap_min_mm")[-1] > 0.0
