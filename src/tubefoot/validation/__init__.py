@@ -1,0 +1,1 @@
+"""Simulation against experiment: recordings of any lab, settled states, comparison, virtual experiments."""
