@@ -6,6 +6,7 @@ along the straight finger from the middle of the base's outer face. A hinge abou
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import cos, radians, sin
 
@@ -32,10 +33,13 @@ class Mounting:
     gravity: bool = True
 
 
-def finger_bodies(finger: ReducedFinger, name: str = "finger") -> str:
+def finger_bodies(
+    finger: ReducedFinger, name: str = "finger", inside: Callable[[int], str] = lambda link: ""
+) -> str:
     """The links of a finger as MJCF, to be put into a body at its base.
 
     finger : gives lengths and masses; name : prefix of its bodies, joints and sites
+    inside : MJCF to be put into each link, by its number
 
     Joints are NAME_0 to NAME_(n-1) from the base, links NAME_link_0 ... above them; the site NAME_tip lies in
     the middle of the tip face.
@@ -46,7 +50,7 @@ def finger_bodies(finger: ReducedFinger, name: str = "finger") -> str:
     for k in range(finger.n_units):
         rise = cap + pitch / 2 if k == 0 else pitch
         lines.append(f'<body name="{name}_link_{k}" pos="0 0 {rise:.9g}">')
-        lines.append(f'<joint name="{name}_{k}" type="hinge" axis="0 -1 0"/>')
+        lines.append(f'<joint name="{name}_{k}" type="hinge" axis="0 -1 0"/>{inside(k)}')
         if k < finger.n_units - 1:
             lines.append(_inertial(finger, unit, pitch, pitch / 2))
     above = (unit / 2 * pitch / 4 + end * (pitch + cap) / 2) / (unit / 2 + end)
