@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -11,6 +12,7 @@ from tubefoot.cli.deck import DeckOptions
 from tubefoot.errors import ConfigError, GeometryError
 
 if TYPE_CHECKING:
+    from tubefoot.design.finger import FingerDesign
     from tubefoot.design.judge import Judged
     from tubefoot.design.rules import Rule
 
@@ -136,7 +138,6 @@ def export(
 
     from tubefoot.design.finger import load_design
     from tubefoot.design.judge import require_printable
-    from tubefoot.records import Run
 
     finger = load_design(design)
     try:
@@ -150,6 +151,33 @@ def export(
     def say(step: str) -> None:
         print(f"{time.perf_counter() - started:7.1f} s  {step}", flush=True)
 
+    directory = out or Path("out/export") / design.stem
+    about = {"design_file": design, "despite_check": despite_check}
+    summary = export_design(finger, directory, compensate_growth, pictures, say, about)
+    if pictures and not summary["pictures"]:
+        print("no pictures: no OpenGL that works without a display was found (Debian: libosmesa6 or libegl1)")
+    print(f"walls measured on the meshes differ by at most {summary['wall_error_max_mm']:.2g} mm")
+    print(f"{summary['mass_g']:.2f} g, {summary['fluid_volume_finger_ml']:.2f} ml of fluid")
+    print(f"print files: {directory}")
+
+
+def export_design(
+    finger: FingerDesign,
+    directory: Path,
+    compensate_growth: bool = False,
+    pictures: bool = True,
+    say: Callable[[str], None] = print,
+    about: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
+    """Write the print files of a finger as a run, and give its summary.
+
+    finger : the design; directory : of the run; compensate_growth : move free faces inwards by the growth
+    pictures : draw those of the instructions; say : told of each step; about : further settings to record
+
+    Raises ConfigError where the CAD kernel is not installed.
+    """
+    from tubefoot.records import Run
+
     say("loading the CAD kernel")
     try:
         from tubefoot.design.export import export_finger
@@ -158,21 +186,13 @@ def export(
             f"export needs {error.name}, which is not installed; install tubefoot with its `cad` extra: "
             "pip install 'tubefoot[cad]'"
         ) from error
-    options = {"compensate_growth": compensate_growth, "pictures": pictures, "despite_check": despite_check}
-    run = Run(
-        out or Path("out/export") / design.stem,
-        "export",
-        {"design_file": design, **options, "design": finger.model_dump()},
-    )
+    options = {**(about or {}), "compensate_growth": compensate_growth, "pictures": pictures}
+    run = Run(directory, "export", {**options, "design": finger.model_dump()})
     growth = finger.printing.growth_mm if compensate_growth else 0.0
     exported = export_finger(finger, run.directory, growth, pictures, say)
     run.finish(files=len(exported.files))
     say("done")
-    if pictures and not exported.summary["pictures"]:
-        print("no pictures: no OpenGL that works without a display was found (Debian: libosmesa6 or libegl1)")
-    print(f"walls measured on the meshes differ by at most {exported.summary['wall_error_max_mm']:.2g} mm")
-    print(f"{exported.summary['mass_g']:.2f} g, {exported.summary['fluid_volume_finger_ml']:.2f} ml of fluid")
-    print(f"print files: {run.directory}")
+    return exported.summary
 
 
 def _print_rules(judged: Judged) -> None:
