@@ -33,9 +33,7 @@ def rig_settings(rig_file: Path | None, port: str | None) -> RigSettings:
     from tubefoot.lab.settings import RigSettings
 
     settings = load_settings(rig_file, RigSettings) if rig_file else RigSettings()
-    if port is None:
-        return settings
-    return settings.model_copy(update={"board": settings.board.model_copy(update={"port": port})})
+    return settings if port is None else settings.on_port(port)
 
 
 def recording_path(directory: Path) -> Path:

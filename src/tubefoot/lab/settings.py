@@ -124,6 +124,13 @@ class RigSettings(Settings):
         """
         return self.sensors.get(branch, UNCALIBRATED)  # type: ignore[call-overload]
 
+    def on_port(self, port: str) -> RigSettings:
+        """The same bench on another port.
+
+        port : serial port
+        """
+        return self.model_copy(update={"board": self.board.model_copy(update={"port": port})})
+
     def rig_limits(self) -> RigLimits:
         """The limits in inside units."""
         return RigLimits(

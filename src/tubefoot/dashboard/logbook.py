@@ -1,0 +1,131 @@
+"""What a session leaves behind: recordings when asked for, the trace of each motion always."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from tubefoot.control.trace import COLUMNS
+from tubefoot.dashboard.benches import Bench
+from tubefoot.dashboard.feed import Sight
+from tubefoot.errors import ConfigError, LinkError
+from tubefoot.lab.board_rig import BoardRig
+from tubefoot.lab.recorder import Recorder
+from tubefoot.records import write_table, write_whole
+from tubefoot.units import DEG
+from tubefoot.vision.finger import FingerReading
+
+
+class Logbook:
+    """The files of one session; used by the bench's thread only.
+
+    directory : where they go
+    recorder : the running recording's, None where nothing is recorded
+    """
+
+    def __init__(self, directory: Path):
+        """Name the place.
+
+        directory : exists
+        """
+        self.directory = directory
+        self.recorder: Recorder | None = None
+        self._rig: BoardRig | None = None
+        self._pictures = False
+
+    def begin(self, bench: Bench, pictures: bool) -> Path:
+        """The path of a new recording that has begun; camera and markers lie beside it, for its replay.
+
+        bench : recorded
+        pictures : whether frames are recorded, about 1 MB a second
+        """
+        if self.recorder is not None:
+            raise ConfigError(f"{self.recorder.path} is being recorded; end that first")
+        path = free_path(self.directory, "bench", ".mcap")
+        if bench.calibration is not None:
+            bench.calibration.save(self.directory / "camera.toml")
+            layout = bench.layout.model_dump(mode="json", exclude_none=True)
+            write_whole(self.directory / "layout.toml", tomli_w.dumps(layout))
+        rig = bench.rig
+        self.recorder, self._rig = Recorder(path, rig.settings, rig.clock.now()), rig
+        self._pictures = pictures
+        rig.record_into(self.recorder)
+        return path
+
+    def frame(self, reading: FingerReading, sight: Sight, now: float) -> None:
+        """Record a frame and its angles, if anything is recorded.
+
+        reading : of the frame
+        sight : its picture
+        now : on the rig's clock [s]
+        """
+        if self.recorder is None:
+            return
+        angles = {"bend_deg": reading.bend, "sigma_deg": reading.sigma}
+        angles |= {"theta1_deg": reading.theta1, "theta2_deg": reading.theta2}
+        values = {key: angle / DEG for key, angle in angles.items()} | {"quality": reading.quality}
+        try:
+            self.recorder.angle(reading.time_s, now, values, reading.fault)
+            if self._pictures and sight.jpeg:
+                self.recorder.frame(reading.time_s, sight.jpeg, *sight.size)
+        except LinkError:
+            self.close()
+            raise
+
+    def end(self) -> Path:
+        """The path of the recording that has ended."""
+        if self.recorder is None:
+            raise ConfigError("nothing is being recorded")
+        path = self.recorder.path
+        self.close()
+        return path
+
+    def close(self) -> None:
+        """End the recording, if there is one."""
+        if self._rig is not None:
+            self._rig.record_into(None)
+        if self.recorder is not None:
+            recorder, self.recorder = self.recorder, None
+            recorder.close()
+
+    def trace(self, rows: Sequence[dict[str, Any]]) -> Path | None:
+        """The path of a motion's table, None for a motion without a row.
+
+        rows : of the trace, one a frame
+        """
+        if not rows:
+            return None
+        whole = [{key: _cell(value) for key, value in row.items()} for row in rows]
+        return write_table(free_path(self.directory, "motion", ".csv"), whole, COLUMNS)
+
+
+def free_path(directory: Path, stem: str, suffix: str) -> Path:
+    """A path that is not taken: `stem.suffix`, `stem-2.suffix`, ...
+
+    directory : of the file
+    stem : its name
+    suffix : its ending with the dot
+    """
+    path, number = directory / f"{stem}{suffix}", 1
+    while path.exists():
+        number += 1
+        path = directory / f"{stem}-{number}{suffix}"
+    return path
+
+
+def kept_table(directory: Path, stem: str, text: str) -> Path:
+    """The path of a table that the page sent, kept as a file.
+
+    directory : where it is kept
+    stem : its name
+    text : the CSV
+    """
+    return write_whole(free_path(directory, stem, ".csv"), text)
+
+
+def _cell(value: Any) -> Any:
+    return "" if isinstance(value, float) and not math.isfinite(value) else value
