@@ -95,6 +95,12 @@ app.command(
     help="Bend the finger in closed loop, on the bench or --sim.\n\n"
     "Example: `tubefoot bend 30 --sim --return --out out/bend-30`",
 )
+app.command(
+    "tubefoot.dashboard.command:dashboard",
+    name="dashboard",
+    help="The live bench in the browser: camera, pressures, controllers, emergency stop.\n\n"
+    "Example: `tubefoot dashboard --sim`",
+)
 
 
 def main() -> None:
