@@ -9,7 +9,7 @@ from tubefoot.report import pictures
 from tubefoot.report.build import write_report
 from tubefoot.report.embed import inline_svg
 from tubefoot.report.offscreen import NoPicture
-from tubefoot.report.page import flat, number
+from tubefoot.report.page import flat, number, percent, spaced_unit
 
 CLAIMS = [
     {
@@ -37,6 +37,8 @@ class Page(HTMLParser):
             self.ids.append(attrs["id"])
         self.links += [attrs[key] for key in ("href", "xlink:href") if key in attrs]
         self.sources += [attrs["src"]] if "src" in attrs else []
+        if tag == "script":
+            assert "src" not in attrs
 
 
 @pytest.fixture(scope="session")
@@ -84,7 +86,8 @@ def test_every_name_is_unique_and_every_link_ends_somewhere(page):
 
 def test_claims_come_first_with_verdict_number_and_rule(page):
     _, text = page
-    assert text.index('id="claims"') < text.index('id="summary"') < text.index('id="figures"')
+    order = [text.index(f'id="{name}"') for name in ("claims", "summary", "figures", "reasons")]
+    assert order == sorted(order)
     assert "✗ refuted" in text
     assert "\u22120.5000" in text
     assert "R squared at least 0.99" in text
@@ -103,7 +106,7 @@ def test_runs_are_compared_and_other_verbs_have_their_summary(page):
         r"bend angle</th><td>deg</td>\s*<td class=\"value\">4</td>\s*<td class=\"value\">\u22124<", text
     )
     assert "solve.target" in text[text.index("What differs") :]
-    assert "round_trip_ms" in text
+    assert "round trip ms" in text
 
 
 def test_a_picture_that_cannot_be_drawn_is_named_with_its_reason(page):
@@ -145,6 +148,12 @@ def test_a_run_without_fields_still_has_its_curves(tmp_path):
 )
 def test_numbers_are_written_for_readers(value, text):
     assert number(value) == text
+
+
+def test_differences_and_units_are_written_for_readers():
+    assert percent(-0.0525) == " \u22125.2 %"
+    assert percent(0.5) == " +50.0 %"
+    assert [spaced_unit(unit) for unit in ("", "°", "kPa")] == ["", "°", "\u202fkPa"]
 
 
 def test_settings_are_listed_on_one_level():

@@ -3,7 +3,7 @@ import json
 import pytest
 
 from tubefoot.errors import ConfigError
-from tubefoot.report.claims import load_claims
+from tubefoot.report.claims import PAPER_CLAIMS, Number, load_claims
 
 
 def entry(**changes):
@@ -16,11 +16,23 @@ def write(directory, entries):
     return directory
 
 
+def judged(claims):
+    return [claim for claim in claims if claim.verdict != "not computed"]
+
+
 def test_claims_are_shown_by_their_numbers_and_later_ones_win(tmp_path):
-    one = write(tmp_path / "one", [entry(id="C10"), entry(id="C4")])
-    two = write(tmp_path / "two", [entry(verdict="refuted")])
+    one = write(tmp_path / "one", [entry(id="C10"), entry(id="C4"), entry(id="selection")])
+    two = write(tmp_path / "two", [entry(verdict="refuted"), entry(id="C10", verdict="not computed")])
     claims = load_claims([one, two, tmp_path], anchors=[])
-    assert [(claim.id, claim.verdict) for claim in claims] == [("C4", "refuted"), ("C10", "holds")]
+    verdicts = [(claim.id, claim.verdict) for claim in judged(claims)]
+    assert verdicts == [("C4", "refuted"), ("C10", "holds"), ("selection", "holds")]
+
+
+def test_those_of_the_fifteen_that_nobody_judged_are_named(tmp_path):
+    claims = load_claims([write(tmp_path, [entry()])], anchors=[])
+    assert [claim.id for claim in claims] == [f"C{number}" for number in range(1, 16)] == list(PAPER_CLAIMS)
+    assert {claim.verdict for claim in claims if claim.id != "C4"} == {"not computed"}
+    assert load_claims([tmp_path / "nothing"], anchors=[]) == []
 
 
 @pytest.mark.parametrize(
@@ -33,14 +45,35 @@ def test_claims_are_shown_by_their_numbers_and_later_ones_win(tmp_path):
     ],
 )
 def test_a_claim_links_only_to_a_figure_that_is_there(tmp_path, figure, anchor):
-    (claim,) = load_claims([write(tmp_path, [entry(figure=figure)])], anchors={"pressure-angle"})
+    (claim,) = judged(load_claims([write(tmp_path, [entry(figure=figure)])], anchors={"pressure-angle"}))
     assert claim.figure == anchor
 
 
 def test_nested_numbers_become_named_values(tmp_path):
     numbers = {"slope": -1.5, "per_unit": {"3": 6.0}, "angles": [1.0, 2.0]}
-    (claim,) = load_claims([write(tmp_path, [entry(numbers=numbers)])], anchors=[])
-    assert claim.numbers == [("slope", -1.5), ("per_unit 3", 6.0), ("angles 1", 1.0), ("angles 2", 2.0)]
+    (claim,) = judged(load_claims([write(tmp_path, [entry(numbers=numbers)])], anchors=[]))
+    assert [(number.name, number.value) for number in claim.numbers] == [
+        ("slope", -1.5),
+        ("per unit 3", 6.0),
+        ("angles 1", 1.0),
+        ("angles 2", 2.0),
+    ]
+    assert [number.value for number in claim.first] == [-1.5, 6.0]
+
+
+@pytest.mark.parametrize(
+    ("key", "name", "unit"),
+    [
+        ("gain_3/15_deg_per_kpa", "gain 3/15", "°/kPa"),
+        ("peeling_moment_n_mm", "peeling moment", "N mm"),
+        ("largest_difference_bend_deg", "largest difference bend", "°"),
+        ("opening_force_n", "opening force", "N"),
+        ("accepted_states", "accepted states", ""),
+        ("r_squared_3_units", "r squared 3 units", ""),
+    ],
+)
+def test_units_are_read_from_the_ends_of_names(key, name, unit):
+    assert Number.of(key, 1.0) == Number(name, 1.0, unit)
 
 
 def test_an_unknown_verdict_is_an_error(tmp_path):

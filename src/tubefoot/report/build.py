@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tubefoot.report.claims import load_claims
 from tubefoot.report.page import write_page
-from tubefoot.report.pictures import draw_pictures
+from tubefoot.report.pictures import draw_pictures, gather_scene
 from tubefoot.report.runs import load_runs
 
 MOST_NAMED = 4
@@ -41,6 +41,8 @@ def write_report(
     """
     runs = load_runs(paths)
     gallery = draw_pictures(runs, directory / "figures", say)
+    say("shapes in space")
+    gather_scene(runs, gallery)
     claims = load_claims([*paths, *claims_from], gallery.keys)
     say("page")
     names = ", ".join(run.name for run in runs)

@@ -12,12 +12,14 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from tubefoot import __version__
 from tubefoot.records import write_whole
-from tubefoot.report.claims import Claim
+from tubefoot.report.claims import MARKS, Claim
+from tubefoot.report.differences import difference_lines, meeting_pressure
 from tubefoot.report.embed import data_uri, image_size, inline_svg
 from tubefoot.report.look import Picture
 from tubefoot.report.merit import check_lines, summary_lines
 from tubefoot.report.pictures import Gallery
 from tubefoot.report.runs import RunRecord
+from tubefoot.report.viewer import Viewer
 
 NOTHING = "–"
 
@@ -60,24 +62,31 @@ def write_page(
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["number"] = number
+    environment.filters.update(number=number, percent=percent, unit=spaced_unit)
     solves = [run for run in runs if run.is_solve]
-    settings = [flat(run.settings) for run in runs]
+    settings = {run.name: flat(run.settings) for run in runs}
     page = environment.get_template("page.html.j2").render(
         title=title,
         version=__version__,
         runs=runs,
         solves=solves,
-        others=[run for run in runs if not run.is_solve],
+        others=_by_verb([run for run in runs if not run.is_solve]),
+        side_by_side=side_by_side,
+        differences=difference_lines(solves),
+        meeting_kpa=meeting_pressure(solves),
+        viewer=Viewer.of(gallery.scene) if gallery.scene else None,
+        keys=gallery.keys,
+        marks=MARKS,
         claims=claims,
         tally=_tally(claims),
         summary=summary_lines(solves) if solves else [],
         checks=check_lines(solves) if solves else [],
         shown=[Shown.of(picture) for picture in gallery.pictures],
         missing=gallery.missing,
-        differing=_differing(settings),
-        settings=list(zip(runs, settings, strict=True)),
-        flat=flat,
+        by_verb=[
+            (verb, group, _differing([settings[run.name] for run in group])) for verb, group in _by_verb(runs)
+        ],
+        settings=settings,
     )
     return write_whole(path, page)
 
@@ -106,6 +115,32 @@ def number(value: Any) -> str:
     return text.replace("-", "\u2212")
 
 
+def percent(share: float) -> str:
+    """A signed difference for a table, in percent.
+
+    share : of the reference
+    """
+    return f" {100 * share:+.1f} %".replace("-", "\u2212")
+
+
+def spaced_unit(unit: str) -> str:
+    """A unit as it follows a number: parted by a thin space, but for degrees.
+
+    unit : may be empty
+    """
+    return unit if not unit or unit.startswith("°") else f"\u202f{unit}"
+
+
+def side_by_side(runs: Sequence[RunRecord]) -> list[tuple[str, list[Any]]]:
+    """Rows of a table of summaries: key and one value a run, None where a run does not have it.
+
+    runs : of one verb
+    """
+    tables = [flat(run.summary) for run in runs]
+    keys = dict.fromkeys(key for table in tables for key in table)
+    return [(key, [table.get(key) for table in tables]) for key in keys]
+
+
 def flat(table: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     """Nested settings as one level, keys joined by dots, lists as text.
 
@@ -127,6 +162,14 @@ def _differing(settings: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[An
     keys = dict.fromkeys(key for table in settings for key in table)
     rows = [(key, [table.get(key) for table in settings]) for key in keys]
     return [(key, values) for key, values in rows if any(value != values[0] for value in values)]
+
+
+def _by_verb(runs: Sequence[RunRecord]) -> list[tuple[str, list[RunRecord]]]:
+    """Runs in groups of one verb, in the order in which the verbs first occur."""
+    groups: dict[str, list[RunRecord]] = {}
+    for run in runs:
+        groups.setdefault(run.verb, []).append(run)
+    return list(groups.items())
 
 
 def _tally(claims: Sequence[Claim]) -> dict[str, int]:

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from tubefoot.errors import ConfigError
 from tubefoot.report.curves import draw_curves
+from tubefoot.report.kept import kept_pictures
 from tubefoot.report.look import Picture
 from tubefoot.report.offscreen import NoPicture
 from tubefoot.report.regions import draw_regions
 from tubefoot.report.runs import RunRecord, load_run
 from tubefoot.report.scale import ColourScale
+from tubefoot.report.scene import read_shape, scene_of
 from tubefoot.report.seam import draw_seam
 from tubefoot.report.section import draw_section
 from tubefoot.report.solids import VON_MISES, draw_panels
@@ -24,10 +27,11 @@ Say = Callable[[str], None]
 
 @dataclass
 class Gallery:
-    """The pictures that were drawn, and a sentence for each that was not."""
+    """The pictures that were drawn, a sentence for each that was not, and the scene of the page's viewer."""
 
     pictures: list[Picture] = field(default_factory=list)
     missing: list[str] = field(default_factory=list)
+    scene: dict[str, Any] | None = None
 
     @property
     def keys(self) -> set[str]:
@@ -42,8 +46,32 @@ def draw_pictures(runs: Sequence[RunRecord], directory: Path, say: Say = print) 
     """
     gallery = Gallery()
     solves = [run for run in runs if run.is_solve]
-    if not solves:
-        return gallery
+    if solves:
+        _draw_solves(solves, directory, gallery, say)
+    others = [run for run in runs if not run.is_solve]
+    gallery.pictures += kept_pictures(others, gallery.keys)
+    return gallery
+
+
+def gather_scene(runs: Sequence[RunRecord], gallery: Gallery) -> None:
+    """Give a gallery the scene of all solves whose stress fields were kept; none where there is none.
+
+    runs : runs in the order in which they are shown
+    gallery : gets the scene, and the reason why a run is not in it
+    """
+    shapes = []
+    for run in runs:
+        try:
+            shape = read_shape(run)
+        except ConfigError as error:
+            gallery.missing.append(f"{run.name} in space: {error}.")
+            continue
+        if shape is not None:
+            shapes.append((run, shape))
+    gallery.scene = scene_of(shapes) if shapes else None
+
+
+def _draw_solves(solves: Sequence[RunRecord], directory: Path, gallery: Gallery, say: Say) -> None:
     surfaces = _surfaces(solves, gallery)
     shapes: list[Picture] = []
     if surfaces:
@@ -67,7 +95,6 @@ def draw_pictures(runs: Sequence[RunRecord], directory: Path, say: Say = print) 
     gallery.pictures += shapes[1:]
     if (regions := draw_regions(solves, directory)) is not None:
         gallery.pictures.append(regions)
-    return gallery
 
 
 def draw_solve_pictures(directory: Path, say: Say = print) -> list[Path]:

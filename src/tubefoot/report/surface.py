@@ -87,17 +87,22 @@ class Surface:
 
     def outside(self) -> Surface:
         """The shell that is seen from outside: without walls of closed chambers."""
-        from scipy.sparse import coo_array
-        from scipy.sparse.csgraph import connected_components
-
-        n = len(self.rest)
-        rows, columns = self.triangles.ravel(), np.roll(self.triangles, 1, axis=1).ravel()
-        graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(n, n))
-        _, shell = connected_components(graph, directed=False)
+        shell = _shells(self.triangles, len(self.rest))
         half_shells = {shell[np.argmax(sign * self.rest[:, 1])] for sign in (1, -1)}
         return replace(
             self, triangles=self.triangles[np.isin(shell[self.triangles[:, 0]], list(half_shells))]
         )
+
+    def shell_of_largest_y(self, among: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which of some triangles belong to the shell that reaches furthest across, (n chosen,).
+
+        among : (n,) the triangles to look at; leave out the cut, which joins outside and chambers
+        """
+        triangles = self.triangles[among]
+        shell = _shells(triangles, len(self.rest))
+        used = np.unique(triangles)
+        outer = shell[used[np.argmax(self.rest[used, 1])]]
+        return np.asarray(shell[triangles[:, 0]] == outer)
 
     def cut(self) -> Surface:
         """The mid-plane face alone.
@@ -124,10 +129,21 @@ class Surface:
         return sorted(loops, key=len, reverse=True)
 
 
-def read_surface(path: Path) -> Surface:
+def _shells(triangles: IntArray, n_points: int) -> IntArray:
+    """(n_points,) number of the connected shell that each point belongs to."""
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    rows, columns = triangles.ravel(), np.roll(triangles, 1, axis=1).ravel()
+    graph = coo_array((np.ones(rows.size), (rows, columns)), shape=(n_points, n_points))
+    return np.asarray(connected_components(graph, directed=False)[1])
+
+
+def read_surface(path: Path, subdivisions: int = SUBDIVISIONS) -> Surface:
     """The surface of a solved state.
 
     path : VTU file with point data `displacement_mm` and stresses in kPa
+    subdivisions : how often a curved cell face is halved
 
     Raises ConfigError when it cannot be read or holds no displacement.
     """
@@ -140,7 +156,7 @@ def read_surface(path: Path) -> Surface:
     if "displacement_mm" not in grid.point_data:
         raise ConfigError(f"{path} has no point data `displacement_mm`; `tubefoot solve` writes it")
     shell = grid.extract_surface(
-        nonlinear_subdivision=SUBDIVISIONS, algorithm="dataset_surface"
+        nonlinear_subdivision=subdivisions, algorithm="dataset_surface"
     ).triangulate()
     values = {
         name: np.asarray(shell.point_data[name], dtype=float)
