@@ -73,6 +73,7 @@ def cases(quick: bool) -> list[Case]:
 
     table: dict[str, Any] = {"fields": "last", **(QUICK if quick else {})}
     forward = SolveSettings(**table)
+    shown = SolveSettings(**{**table, "fields": "all"})
     backward = SolveSettings(**table, until="pressure_left_kpa")
     grid = SolveSettings(**{**table, "states": 4, "fields": "none"}, cavities="filtered")
     fingers = {n: FingerDesign(name=f"reference-{n}", bellows=Bellows(units=n)) for n in (3, 6)}
@@ -87,8 +88,8 @@ def cases(quick: bool) -> list[Case]:
         for fold, valley, web in WALLS_MM.values()
     ]
     return [
-        Case("reference-3", fingers[3], forward),
-        Case("reference-6", fingers[6], forward),
+        Case("reference-3", fingers[3], shown),
+        Case("reference-6", fingers[6], shown),
         Case("reference-3-reversed", fingers[3], backward),
         Case("reference-3-filtered", fingers[3], grid),
         *(Case(finger.name, finger, forward) for finger in pitches),
