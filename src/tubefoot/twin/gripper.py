@@ -29,7 +29,7 @@ PARKED = (0.0, 500.0, 70.0)
 """Where the object waits before it is placed [mm]."""
 TOUCH_N = 1e-3
 """Normal force from which on a finger counts as touching [N]."""
-LOOK_S = 4e-3
+LOOK_S = 20e-3
 """How often forces are looked at for their peaks [s]."""
 
 

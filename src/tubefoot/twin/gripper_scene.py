@@ -34,10 +34,11 @@ IMPEDANCE = 0.9
 """Of the contacts: how much of a violation the solver removes by force rather than by yielding inertia."""
 CONTACT_DAMPING = 1.0
 """Of the contacts, over critical."""
+SLIP_STIFFNESS, NOSLIP = 100.0, 1
+"""Friction over normal stiffness of the contacts, and sweeps that take away what slip is left: with less the object
+creeps."""
 TORSION_MM = 1.5
 """Radius of the patch that resists twist, over friction [mm]."""
-ROLLING_MM = 0.05
-"""Radius that resists rolling, over friction [mm]."""
 
 
 class GripperMake(Settings):
@@ -87,7 +88,7 @@ def compiled_scene(parts: SceneParts, gravity: bool = True) -> mujoco.MjModel:
     )
     text = (
         f'<mujoco><compiler angle="radian"/><option timestep="{TIME_STEP_S:.9g}" integrator="discrete" '
-        f'jacobian="dense" cone="elliptic" impratio="5" noslip_iterations="5" gravity="{pull}">'
+        f'jacobian="dense" cone="elliptic" impratio="{SLIP_STIFFNESS:g}" noslip_iterations="{NOSLIP}" gravity="{pull}">'
         '<flag multiccd="disable"/></option>'
         f"<asset>{held.assets() if held else ''}</asset>"
         f"<worldbody>{bases}{held.bodies() if held else ''}</worldbody>"
@@ -133,9 +134,10 @@ def _pairs(parts: SceneParts) -> str:
     held = parts.held
     assert held is not None
     mu = held.friction
-    friction = f"{mu:.6g} {mu:.6g} {mu * TORSION_MM / METRE:.6g} {mu * ROLLING_MM / METRE:.6g} {mu * ROLLING_MM / METRE:.6g}"
+    friction = f"{mu:.6g} {mu:.6g} {mu * TORSION_MM / METRE:.6g} 0.0001 0.0001"
+    dimensions = 3 if held.what.shape == "box" else 4
     return "".join(
-        f'<pair geom1="{end}" geom2="{held.geoms(side)}" condim="6" friction="{friction}" '
+        f'<pair geom1="{end}" geom2="{held.geoms(side)}" condim="{dimensions}" friction="{friction}" '
         f'solimp="{IMPEDANCE} {IMPEDANCE} 0.001"/>'
         for side, finger in zip(SIDES, parts.fingers, strict=True)
         for end in crest_ends(finger.n_units, side)

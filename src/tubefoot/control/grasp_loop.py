@@ -1,0 +1,266 @@
+"""The loop of a grasp: angles and pressures in, the protocol's decision, pulses and hands out.
+
+Works on one rig for both fingers or one for each, real or virtual, and on two sources of angles. Whatever ends it, the
+pumps stand and the reason is in the record.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+from tubefoot.control.grasp_protocol import Decision, FingerView, GraspProtocol, GripView
+from tubefoot.control.guard import PressureGuard
+from tubefoot.control.settings import GuardSettings
+from tubefoot.errors import LinkError, SafetyStop
+from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
+from tubefoot.units import DEG, KPA, ML
+from tubefoot.vision.angles import AngleSource
+from tubefoot.vision.camera import EndOfFrames
+from tubefoot.vision.finger import FingerReading
+
+SIDES = ("right", "left")
+SENSES = (1.0, -1.0)
+"""Inward over the angle in the picture: the right finger bends inward to the left, the left one to the right."""
+
+
+RELAX_KPA = 4.0
+"""A pulse may start only so much below the pressure at which it is stopped."""
+
+
+class Hands(Protocol):
+    """What is done to object and gripper by hand, or by a robot; each call gives the time it will still take [s]."""
+
+    def place(self) -> float:
+        """Hold the object between the fingers."""
+
+    def release(self) -> float:
+        """Let go of it."""
+
+    def lift(self) -> float:
+        """Lift the gripper slowly."""
+
+    def shake(self) -> float:
+        """Shake it."""
+
+    def lower(self) -> float:
+        """Set it down again."""
+
+
+class GraspLoop:
+    """Runs one grasp."""
+
+    def __init__(
+        self,
+        rigs: Sequence[Rig],
+        angles: Sequence[AngleSource],
+        hands: Hands,
+        watch: Callable[[dict[str, Any]], None] = lambda row: None,
+        further: Callable[[], Mapping[str, float]] = dict,
+    ):
+        """Take connected rigs, their neutral measured, and open sources of angles.
+
+        rigs : one for both fingers, or the right and the left one; angles : of the right and the left finger
+        hands : that place, release, lift
+        watch : called with every row of the trace; further : columns beside the measured ones
+        """
+        self._rigs = tuple(rigs)
+        self._angles = tuple(angles)
+        self._hands = hands
+        self._watch = watch
+        self._further = further
+        self.rows: list[dict[str, Any]] = []
+        self._newest: list[FingerReading | None] = [None, None]
+        self._began = self._rigs[0].clock.now()
+        self._held_back = 0.0
+        self._waiting: Decision | None = None
+        self._pulse_ends = -math.inf
+        self._hands_ready: float | None = None
+
+    def run(self, protocol: GraspProtocol) -> None:
+        """Carry a grasp out; its outcome is the protocol's, its trace in `rows`.
+
+        protocol : that decides
+        """
+        guards = [
+            PressureGuard(
+                rig.limits, GuardSettings(margin_kpa=protocol.settings.margin_kpa, relax_kpa=RELAX_KPA)
+            )
+            for rig in self._rigs
+        ]
+        try:
+            while protocol.phase != "done":
+                self._cycle(protocol, guards)
+        except KeyboardInterrupt:
+            protocol.give_up("interrupted: stopped by Ctrl-C")
+        except SafetyStop as error:
+            protocol.give_up(f"safety stop: {error}")
+        except LinkError as error:
+            protocol.give_up(f"link lost: {error}")
+        finally:
+            for rig in self._rigs:
+                with contextlib.suppress(LinkError):
+                    rig.stop()
+
+    # ---- one cycle -----------------------------------------------------------------------------------------
+
+    def _cycle(self, protocol: GraspProtocol, guards: Sequence[PressureGuard]) -> None:
+        for side in (0, 1):
+            self._look(side)
+        samples = [rig.read() for rig in self._rigs]
+        now = self._rigs[0].clock.now()
+        for sample in samples:
+            if sample.faults:
+                raise SafetyStop(f"{fault_names(sample.faults)}; {fault_advice(sample.faults)}")
+        self._guard(samples, guards)
+        view = self._view(samples, now)
+        blind = [side for side, finger in zip(SIDES, view.fingers, strict=True) if now - finger.seen_at > 0.5]
+        if blind and now - min(finger.seen_at for finger in view.fingers) > protocol.settings.patience_s:
+            raise LinkError(f"the {blind[0]} finger's markers were not seen for {protocol.settings.patience_s:g} s")
+        decision = Decision() if blind else self._decision(protocol, view, now)
+        self._obey(decision, samples, guards, protocol, now)
+        row = self._row(view, samples, protocol, decision, now)
+        self.rows.append(row)
+        self._watch(row)
+
+    def _decision(self, protocol: GraspProtocol, view: GripView, now: float) -> Decision:
+        """The protocol's, once the hands have done what they were asked for."""
+        if self._hands_ready is not None:
+            if now < self._hands_ready:
+                return Decision()
+            self._hands_ready = None
+            protocol.hands_done(now)
+        return self._waiting or protocol.decide(view)
+
+    def _look(self, side: int) -> None:
+        """Take the next reading of a finger; keep the last where there is none."""
+        try:
+            reading = self._angles[side].read()
+        except EndOfFrames:
+            raise LinkError("the camera's frames have ended; a recording cannot be grasped by") from None
+        if math.isfinite(reading.bend):
+            self._newest[side] = reading
+
+    def _view(self, samples: Sequence[Reading], now: float) -> GripView:
+        right, left = (self._finger_view(side, samples[min(side, len(samples) - 1)]) for side in (0, 1))
+        running = any(sample.direction for sample in samples) or now < self._pulse_ends
+        return GripView(now, (right, left), running)
+
+    def _finger_view(self, side: int, sample: Reading) -> FingerView:
+        reading, sense = self._newest[side], SENSES[side]
+        right, left = sample.gauge_pressures[:2]
+        if reading is None:
+            return FingerView(-math.inf, math.nan, math.nan, math.nan, (right, left))
+        return FingerView(
+            reading.time_s, sense * reading.bend, sense * reading.theta1, sense * reading.theta2, (right, left)
+        )
+
+    def _guard(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
+        """Stop a pump before its rig's pressure limits."""
+        for rig, sample, guard in zip(self._rigs, samples, guards, strict=True):
+            right, left = sample.gauge_pressures[:2]
+            if sample.direction and guard.ends_pulse(sample.direction, (right, left)):
+                rig.stop()
+
+    def _obey(
+        self,
+        decision: Decision,
+        samples: Sequence[Reading],
+        guards: Sequence[PressureGuard],
+        protocol: GraspProtocol,
+        now: float,
+    ) -> None:
+        if decision.request:
+            lasting = self._asked(decision.request)
+            self._hands_ready = self._rigs[0].clock.now() + lasting
+            return
+        directions = self._directions(decision)
+        if not any(directions):
+            return
+        for sample, guard, direction in zip(samples, guards, directions, strict=True):
+            right, left = sample.gauge_pressures[:2]
+            if direction and guard.forbids_pulse(direction, (right, left)):
+                self._wait_for_pressure(decision, guard.describe((right, left)), protocol, now)
+                return
+        self._waiting, self._held_back = None, 0.0
+        for rig, direction in zip(self._rigs, directions, strict=True):
+            if direction:
+                rig.pulse(direction, protocol.settings.pulses.duty, decision.duration)
+        self._pulse_ends = now + decision.duration
+
+    def _asked(self, request: str) -> float:
+        """Ask the hands; how long they will still take [s]."""
+        asked: dict[str, Callable[[], float]] = {
+            "place": self._hands.place,
+            "release": self._hands.release,
+            "lift": self._hands.lift,
+            "shake": self._hands.shake,
+            "lower": self._hands.lower,
+        }
+        return asked[request]()
+
+    def _directions(self, decision: Decision) -> tuple[int, ...]:
+        if len(self._rigs) == 2:
+            return decision.pulses
+        right, left = decision.pulses
+        return (right or left,)
+
+    def _wait_for_pressure(self, decision: Decision, limit: str, protocol: GraspProtocol, now: float) -> None:
+        """Keep a pulse until the wall has relaxed; give up in the end."""
+        self._waiting = decision
+        self._held_back = self._held_back or now
+        if now - self._held_back > protocol.settings.patience_s:
+            self._waiting = None
+            protocol.give_up(f"held back by the pressure limit for {protocol.settings.patience_s:g} s: {limit}")
+
+    # ---- the record ----------------------------------------------------------------------------------------
+
+    def _row(
+        self,
+        view: GripView,
+        samples: Sequence[Reading],
+        protocol: GraspProtocol,
+        decision: Decision,
+        now: float,
+    ) -> dict[str, Any]:
+        row: dict[str, Any] = {"time_s": now - self._began, "phase": protocol.phase}
+        outcome = protocol.outcome
+        for side, name in enumerate(SIDES):
+            finger, reading = view.fingers[side], self._newest[side]
+            sample = samples[min(side, len(samples) - 1)]
+            shape, pressure = protocol.lags[side]
+            row |= {
+                f"bend_{name}_deg": finger.bend / DEG,
+                f"theta1_{name}_deg": finger.theta1 / DEG,
+                f"theta2_{name}_deg": finger.theta2 / DEG,
+                f"theta1_chord_{name}_deg": _chord(reading, 0, SENSES[side]),
+                f"theta2_chord_{name}_deg": _chord(reading, 1, SENSES[side]),
+                f"pressure_in_{name}_kpa": finger.pressures[0] / KPA,
+                f"pressure_out_{name}_kpa": finger.pressures[1] / KPA,
+                f"pumped_volume_{name}_ml": sample.pumped_volume / ML,
+                f"direction_{name}": sample.direction,
+                f"shape_lag_{name}_deg": shape / DEG,
+                f"pressure_lag_{name}_deg": pressure / DEG,
+                f"touching_{name}": int(protocol.touching[side]),
+                f"force_{name}_n": outcome.grip_force[side],
+            }
+        row["inward_pulses"], row["outward_pulses"] = outcome.inward_pulses, outcome.outward_pulses
+        row["command"] = _command(decision, self._waiting is None)
+        return row | dict(self._further())
+
+
+def _command(decision: Decision, sent: bool) -> str:
+    """What the row says was done."""
+    if decision.request:
+        return decision.request
+    if any(decision.pulses):
+        return "pulse" if sent else "held back"
+    return "wait"
+
+
+def _chord(reading: FingerReading | None, half: int, sense: float) -> float:
+    if reading is None:
+        return math.nan
+    return sense * (reading.theta2_chord if half else reading.theta1_chord) / DEG
