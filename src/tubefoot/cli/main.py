@@ -96,6 +96,18 @@ app.command(
     "Example: `tubefoot bend 30 --sim --return --out out/bend-30`",
 )
 app.command(
+    "tubefoot.cli.fit:fit_app",
+    name="fit",
+    help="Parameters with uncertainty, from recordings of a bench or tests of a material.\n\n"
+    "Example: `tubefoot fit material examples/materials/agilus30_dma_20C.csv --out out/agilus30`",
+)
+app.command(
+    "tubefoot.cli.validate:validate",
+    name="validate",
+    help="Recordings against finite elements: overlays, offsets with confidence, claims C5, C6, C9.\n\n"
+    "Example: `tubefoot validate out/rig-record/bench.mcap --against out/reference-3`",
+)
+app.command(
     "tubefoot.dashboard.command:dashboard",
     name="dashboard",
     help="The live bench in the browser: camera, pressures, controllers, emergency stop.\n\n"

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from tubefoot.config import Settings, load_settings
+from tubefoot.config import Settings, parse_settings, read_toml
 from tubefoot.design.hardware import Base, Gripper, MarkerSeats, Ports, Printing, Registration
 from tubefoot.design.material import ElasticMaterial, OgdenMaterial, Seam
 from tubefoot.design.profile import Profile
 from tubefoot.design.rules import broken, geometry_rules
-from tubefoot.errors import GeometryError
+from tubefoot.errors import ConfigError, GeometryError
 
 
 class Bellows(Settings):
@@ -113,14 +113,29 @@ class FingerDesign(Settings):
 def load_design(path: Path | str) -> FingerDesign:
     """The design in a TOML file.
 
-    path : design file, as written by `tubefoot new`
+    path : design file, as written by `tubefoot new`; `material_file` in its `[body]` names a file written by
+        `tubefoot fit material`, beside the design, whose keys it takes where it has none of its own
 
     Raises ConfigError for a file or key that cannot be used, GeometryError for impossible dimensions.
     """
+    path = Path(path)
     try:
-        return load_settings(path, FingerDesign)
+        return parse_settings(_with_material(read_toml(path), path), FingerDesign, source=str(path))
     except GeometryError as error:
         raise GeometryError(f"{path}: {error}") from None
+
+
+def _with_material(table: dict[str, Any], path: Path) -> dict[str, Any]:
+    """The tables of a design, those of its material's file filled in."""
+    body = table.get("body")
+    if not isinstance(body, dict) or "material_file" not in body:
+        return table
+    source = path.parent / str(body["material_file"])
+    fitted = read_toml(source).get("body")
+    if not isinstance(fitted, dict):
+        raise ConfigError(f"{source}: no table `[body]`; `tubefoot fit material` writes such a file")
+    own = {key: value for key, value in body.items() if key != "material_file"}
+    return {**table, "body": {**fitted, **own}}
 
 
 def _tables(design: FingerDesign) -> dict[str, object]:

@@ -36,6 +36,7 @@ def design_template(name: str) -> str:
         f"# Design of a dual-chamber bellows finger. Solve it with `tubefoot solve {name}.toml`,",
         f"# judge it with `tubefoot check {name}.toml`, make print files with `tubefoot export {name}.toml`.",
         "# Every key has its default; a key that is deleted keeps it. A line like `# key =` is not set.",
+        '# `material_file = "material.toml"` in [body], in place of its other keys, takes a fitted material.',
         "",
     ]
     for key, field in FingerDesign.model_fields.items():
