@@ -1,12 +1,21 @@
 """The wall's memory against closed forms of the generalised Maxwell model."""
 
+from importlib import resources
+
 import numpy as np
 import pytest
 
 from made_fingers import linear_finger
 from tubefoot.errors import ConfigError
 from tubefoot.reduced.files import reference_file
-from tubefoot.reduced.relaxation import NO_RELAXATION, Prony, RelaxingFinger
+from tubefoot.reduced.relaxation import (
+    DECADES_PER_K,
+    MEASURED_C,
+    NO_RELAXATION,
+    ROOM_C,
+    Prony,
+    RelaxingFinger,
+)
 
 ONE_TERM = Prony((3.0,), (2.0,))
 
@@ -122,3 +131,23 @@ def test_impossible_series_are_refused(strengths, times, told):
 def test_a_step_without_duration_is_refused(reference):
     with pytest.raises(ConfigError, match="longer than zero"):
         RelaxingFinger(reference, ONE_TERM).respond(np.zeros(12), np.zeros(2), 0.0)
+
+
+def test_the_shift_with_temperature_follows_from_the_published_moduli():
+    """E'(1 Hz) at 25 and 30 degC equals E' at 20 degC of a lower frequency, by the shift per kelvin."""
+    table = resources.files("tubefoot.design") / "data" / "agilus30_dma_20C.csv"
+    rows = [line.split(",") for line in table.read_text(encoding="utf-8").splitlines()[1:]]
+    frequency, storage = np.array([[float(row[0]), float(row[1])] for row in rows])[::-1].T
+    at_20, at_25, at_30 = np.interp(np.log([13.4, 6.4, 3.7]), np.log(storage), np.log10(frequency))
+    assert (at_20 - at_25) / 5 == pytest.approx(DECADES_PER_K, abs=0.01)
+    assert (at_20 - at_30) / 10 == pytest.approx(DECADES_PER_K, abs=0.01)
+
+
+def test_a_warmer_wall_is_the_same_wall_in_less_time():
+    cold = reference_file().to_prony(MEASURED_C)
+    room = reference_file().to_prony()
+    assert cold.times_s == reference_file().relaxation.time_s
+    share = 10 ** (DECADES_PER_K * (ROOM_C - MEASURED_C))
+    for time in (0.0, 0.1, 3.0):
+        assert room.modulus(time) == pytest.approx(cold.modulus(time * share), rel=1e-12)
+    assert room.modulus(0.5) < 0.8 * cold.modulus(0.5)

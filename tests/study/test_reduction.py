@@ -8,7 +8,7 @@ from tubefoot.errors import ConfigError, ConvergenceError
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.fea.solve import solve_design
 from tubefoot.reduced.files import reference_file, reference_finger
-from tubefoot.reduced.relaxation import RelaxingFinger
+from tubefoot.reduced.relaxation import MEASURED_C, RelaxingFinger
 from tubefoot.study.loaded_finger import Asked, LoadedFinger, UnitState
 from tubefoot.study.reduction_content import ReduceSettings, unit_hash
 from tubefoot.study.reduction_fit import fit_laws, identified_range, softest, state_error, summarise
@@ -279,7 +279,7 @@ def test_memory_agrees_with_a_viscoelastic_solve(tmp_path):
     )
     solved = solve_design(load_design("examples/designs/reference-3.toml"), tmp_path / "solve", settings)
     times, bends = solved.column("time_s"), solved.column("bend_deg")
-    wall = RelaxingFinger(reference_finger().with_units(3), reference_file().to_prony())
+    wall = RelaxingFinger(reference_finger().with_units(3), reference_file().to_prony(MEASURED_C))
     angles, found, now = np.zeros(3), [], 0.0
     for time in times[1:]:
         for fine in np.linspace(now, time, 9)[1:]:

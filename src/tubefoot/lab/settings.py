@@ -77,8 +77,8 @@ class LimitSettings(Settings):
 
     pressure_low_kpa: float = Field(default=-60.0, ge=-100.0, lt=0.0)
     """Lowest gauge pressure of any branch."""
-    pressure_high_kpa: float = Field(default=60.0, gt=0.0, le=100.0)
-    """Highest gauge pressure of any branch."""
+    pressure_high_kpa: float = Field(default=90.0, gt=0.0, le=100.0)
+    """Highest gauge pressure of any branch: what fast pumping needs, docs/decisions/0005-relaxation.md."""
     duty_max: float = Field(default=1.0, gt=0.0, le=1.0)
     """Largest duty."""
     pulse_max_s: float = Field(default=5.0, ge=0.001, le=10.0)

@@ -19,7 +19,7 @@ from tubefoot.records import write_whole
 from tubefoot.reduced.chain import FingerRange
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.law import UnitLaw
-from tubefoot.reduced.relaxation import Prony
+from tubefoot.reduced.relaxation import MEASURED_C, ROOM_C, Prony
 from tubefoot.units import DEG, KPA
 
 FORMAT_VERSION = 1
@@ -64,7 +64,7 @@ class RangeTable(Settings):
 
 
 class RelaxationTable(Settings):
-    """Prony terms of the wall over its equilibrium modulus."""
+    """Prony terms of the wall over its equilibrium modulus, as measured at 20 degC."""
 
     time_s: tuple[float, ...] = ()
     share: tuple[float, ...] = ()
@@ -119,9 +119,12 @@ class ReducedFile(Settings):
             shear_compliance=self.shear_compliance_mm_per_n,
         )
 
-    def to_prony(self) -> Prony:
-        """The relaxation of its wall."""
-        return Prony(self.relaxation.share, self.relaxation.time_s)
+    def to_prony(self, temperature_c: float = ROOM_C) -> Prony:
+        """The relaxation of its wall.
+
+        temperature_c : of the room [degC]; the terms in the file are of `MEASURED_C`
+        """
+        return Prony(self.relaxation.share, self.relaxation.time_s).warmed(temperature_c - MEASURED_C)
 
 
 def read_reduced(path: Path | str) -> ReducedFile:

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.lab.settings import BRANCHES
+from tubefoot.reduced.relaxation import ROOM_C
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.twin.finger_response import FingerResponse
 from tubefoot.twin.fingers import finger_of
@@ -22,8 +23,8 @@ from tubefoot.twin.pump import Pump
 from tubefoot.twin.transducers import Rail, Transducers
 from tubefoot.units import KPA
 
-ROOM_K = 296.15
-"""Absolute temperature at which the finger was identified: 23 degC."""
+ROOM_K = 273.15 + ROOM_C
+"""Absolute temperature at which the finger was identified [K]."""
 CLIMATE_S = 0.1
 """How often the temperature is looked at [s]."""
 QUIET_S = 5e-3
@@ -76,7 +77,7 @@ class BenchPlant:
         self.make = make or BenchSettings()
         rollers, noise = np.random.default_rng(seed).spawn(2)
         self.time = 0.0
-        self.finger = finger or finger_of(self.make.finger)
+        self.finger = finger or finger_of(self.make.finger, self.make.climate.start_k)
         self.hydraulics = Hydraulics(self.make, self.finger)
         self.pump = Pump(self.make.pump, rollers.uniform(0.0, tau))
         self.rail = Rail(self.make.sensors)

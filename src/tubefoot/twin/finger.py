@@ -4,8 +4,8 @@ MuJoCo integrates the links (gravity, tip load, whatever touches them); the law'
 applied torques. Their stiffness K would need microseconds if it acted explicitly: a dashpot of h K on each
 hinge, which MuJoCo treats implicitly, makes the torque that at the end of the step of length h, to first
 order. That is the linearly implicit Euler method; it damps modes faster than 1 / h. What relaxes faster
-than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS_S`
-times the angular frequency.
+than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS` of that
+term's time, times the angular frequency.
 
 The scene (`finger_body`) is in SI units; in and out go mm, N, MPa, rad. Shear moves the links sideways
 (`place_links`): it changes the shape, not the law. Units keep their length; docs/verification.md says what
@@ -30,9 +30,11 @@ from tubefoot.twin.finger_body import Mounting as Mounting
 
 FloatArray = NDArray[np.float64]
 
-FAST_LOSS_S = 0.03
-"""Dashpot over the fast stiffness [s]; with it the loss modulus at 10 Hz is half of the measured one (92 MPa,
-`design/data/agilus30_dma_20C.csv`)."""
+FAST_LOSS = 0.3
+"""Dashpot over the fast stiffness, share of the shortest relaxation time (0.1 s at 20 degC); with it the loss
+modulus at 10 Hz and 20 degC is half of the measured one (92 MPa, `design/data/agilus30_dma_20C.csv`)."""
+ELASTIC_LOSS_S = 0.03
+"""The same for a wall without memory [s]."""
 WILD_MOMENT = 1e6
 """Moment of the wall at which a run is stopped as unstable [N mm], far above what any finger bears."""
 
@@ -87,6 +89,7 @@ class FingerChain:
         self._damping = model.dof_damping[first : first + n]
         self._moments, self._stiffness = np.zeros(n), np.zeros(n)
         self._seam = seam * finger.unit_stiffness
+        self._loss = FAST_LOSS * min(prony.times_s, default=ELASTIC_LOSS_S / FAST_LOSS)
         self._option = model.opt
         link = int(model.body(f"{name}_link_0").id)
         self._link_places: FloatArray = model.body_pos[link : link + n]
@@ -123,7 +126,7 @@ class FingerChain:
             self._moments += self._seam * self.angles
             self._stiffness += self._seam
         np.multiply(self._moments, -1.0 / NEWTON_METRE, out=self._torques)
-        dashpot = (self._option.timestep + FAST_LOSS_S) / NEWTON_METRE
+        dashpot = (self._option.timestep + self._loss) / NEWTON_METRE
         np.multiply(self._stiffness, dashpot, out=self._damping)
 
 
