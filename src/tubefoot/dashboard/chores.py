@@ -84,6 +84,7 @@ class ClearOrder(Settings):
         session : where it runs
         rig : to work with
         """
+        rig.wait(0.1)  # a cause that has just been mended is still in the board's last samples
         rig.clear_faults()
         rig.wait(0.1)
         return "cleared"

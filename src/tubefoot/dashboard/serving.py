@@ -82,6 +82,7 @@ def _listening(host: str, port: int) -> socket.socket:
     made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         made.bind((host, port))
+        made.listen()  # a page may knock before the server is up
     except OSError as error:
         made.close()
         raise ConfigError(

@@ -6,6 +6,7 @@ import {
 import { token } from "./link.js";
 import { SHAPE } from "./wire.js";
 
+const DRAW_MS = 60;  // without a graphics card every drawing costs
 const canvas = document.getElementById("finger");
 let view = null;
 
@@ -101,6 +102,9 @@ class View {
   draw() {
     if (this.due) return;
     this.due = true;
-    requestAnimationFrame(() => { this.due = false; this.renderer.render(this.scene, this.camera); });
+    setTimeout(() => requestAnimationFrame(() => {
+      this.due = false;
+      this.renderer.render(this.scene, this.camera);
+    }), DRAW_MS);
   }
 }

@@ -2,7 +2,7 @@
 import uPlot from "/vendored/uplot/uPlot.esm.js";
 import { ANGLES, SAMPLES } from "./wire.js";
 
-const WINDOW_S = 30, HEIGHT = 190;
+const WINDOW_S = 30, HEIGHT = 190, DRAW_MS = 30;
 const css = getComputedStyle(document.documentElement);
 const colour = (name) => css.getPropertyValue(`--${name}`).trim();
 const angles = [[], [], []], samples = [[], [], []];
@@ -59,7 +59,7 @@ export function showRows(news) {
   }
   if ((angle || sample) && !due) {
     due = true;
-    requestAnimationFrame(redraw);
+    setTimeout(() => requestAnimationFrame(redraw), DRAW_MS);
   }
 }
 
