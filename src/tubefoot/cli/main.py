@@ -113,6 +113,12 @@ app.command(
     help="The live bench in the browser: camera, pressures, controllers, emergency stop.\n\n"
     "Example: `tubefoot dashboard --sim`",
 )
+app.command(
+    "tubefoot.cli.grasp:grasp",
+    name="grasp",
+    help="Grasp an object gently with two fingers, on the bench or --sim.\n\n"
+    "Example: `tubefoot grasp blueberry --pose front --sim --quick`",
+)
 
 
 def main() -> None:

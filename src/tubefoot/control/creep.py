@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tubefoot.control.bench_model import BenchModel
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import Prony
 from tubefoot.units import ATMOSPHERE_MPA
@@ -45,6 +46,7 @@ class CreepLaw:
     log_ratios : (n,) logarithms of the compliance ratio; shares : (n, modes), summing to about one
     ratio : that of the reference bench; gain : its relaxed bend for a pumped volume [rad/mm^3]
     softness : relaxed bend for a pressure, the other chamber at its opposite [rad/MPa]
+    model : the same finger on its bench, nonlinear
     """
 
     log_ratios: FloatArray
@@ -52,6 +54,7 @@ class CreepLaw:
     ratio: float
     gain: float
     softness: float
+    model: BenchModel
 
     def shares_at(self, log_ratio: float) -> tuple[FloatArray, FloatArray]:
         """Shares of the modes, (modes,), and their derivatives by the logarithm of the ratio.
@@ -78,7 +81,8 @@ def creep_law(finger: ReducedFinger, prony: Prony, air_ml: float = 1.1) -> Creep
     air = 1e3 * air_ml / ATMOSPHERE_MPA
     softness = float(turn[0].sum() - turn[1].sum())
     shares = np.array([_shares(ratio, prony) for ratio in RATIO_GRID])
-    return CreepLaw(np.log(RATIO_GRID), shares, chamber / air, softness / (chamber + air), softness)
+    model = BenchModel(finger, prony)
+    return CreepLaw(np.log(RATIO_GRID), shares, chamber / air, softness / (chamber + air), softness, model)
 
 
 def _shares(ratio: float, prony: Prony) -> FloatArray:

@@ -139,8 +139,9 @@ class ContactSense:
         return shape, self._gain * pressed - turned
 
     def _sure(self) -> bool:
-        """Whether both sums are large; the pressures alone count where no shape is seen, with a larger sum."""
+        """Whether the sums are large: that of the shape alone, or both."""
         settings = self.settings
-        shape = self.shape_lag > settings.shape_deg * DEG
-        pressure = self.pressure_lag > settings.pressure_deg * DEG
-        return (shape and pressure) or self.shape_lag > 3.0 * settings.shape_deg * DEG
+        if self.shape_lag > settings.shape_deg * DEG:
+            return True
+        both = min(self.shape_lag / settings.shape_deg, self.pressure_lag / settings.pressure_deg)
+        return both > settings.both_share * DEG

@@ -15,10 +15,11 @@ from tubefoot.control.grasp_protocol import Decision, FingerView, GraspProtocol,
 from tubefoot.control.guard import PressureGuard
 from tubefoot.control.settings import GuardSettings
 from tubefoot.errors import LinkError, SafetyStop
+from tubefoot.lab.messages import Fault
 from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
 from tubefoot.units import DEG, KPA, ML
 from tubefoot.vision.angles import AngleSource
-from tubefoot.vision.camera import EndOfFrames
+from tubefoot.vision.camera import EndOfFrames, StaleFrameError
 from tubefoot.vision.finger import FingerReading
 
 SIDES = ("right", "left")
@@ -26,6 +27,11 @@ SENSES = (1.0, -1.0)
 """Inward over the angle in the picture: the right finger bends inward to the left, the left one to the right."""
 
 
+PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
+CLEARED_MAX = 10
+"""Pressure faults that one grasp may clear after waiting for the walls to relax."""
+SHORTEST_SHARE = 0.3
+"""A pulse is shortened before the pressure limit, but not below this share."""
 RELAX_KPA = 4.0
 """A pulse may start only so much below the pressure at which it is stopped."""
 
@@ -50,7 +56,10 @@ class Hands(Protocol):
 
 
 class GraspLoop:
-    """Runs one grasp."""
+    """Runs one grasp.
+
+    rows : of the trace, one a frame; pulse_log : when each pulse began, and which way for either finger
+    """
 
     def __init__(
         self,
@@ -78,6 +87,10 @@ class GraspLoop:
         self._waiting: Decision | None = None
         self._pulse_ends = -math.inf
         self._hands_ready: float | None = None
+        self._cleared = 0
+        self.pulse_log: list[tuple[float, tuple[int, int]]] = []
+        self._rise = [0.0] * len(self._rigs)
+        self._pulsed: list[tuple[float, float] | None] = [None] * len(self._rigs)
 
     def run(self, protocol: GraspProtocol) -> None:
         """Carry a grasp out; its outcome is the protocol's, its trace in `rows`.
@@ -104,6 +117,25 @@ class GraspLoop:
                 with contextlib.suppress(LinkError):
                     rig.stop()
 
+    def latencies(self, protocol: GraspProtocol, first_touch: Sequence[float | None]) -> list[int | None]:
+        """Pulses from each finger's true first touch to its detection: 0 for the pulse in which it touched.
+
+        protocol : that was carried out; first_touch : on the rigs' clock [s]
+
+        Negative where contact was reported before any touch; None where a finger never touched or was never heard.
+        """
+        found: list[int | None] = []
+        for side, touch in enumerate(first_touch):
+            reported = protocol.outcome.contact_pulse[side]
+            if not reported:
+                found.append(None)
+            elif touch is None or touch > protocol.outcome.contact_time[side]:
+                found.append(-1)
+            else:
+                begun = sum(time <= touch and pulses[side] > 0 for time, pulses in self.pulse_log)
+                found.append(reported - begun)
+        return found
+
     # ---- one cycle -----------------------------------------------------------------------------------------
 
     def _cycle(self, protocol: GraspProtocol, guards: Sequence[PressureGuard]) -> None:
@@ -111,9 +143,8 @@ class GraspLoop:
             self._look(side)
         samples = [rig.read() for rig in self._rigs]
         now = self._rigs[0].clock.now()
-        for sample in samples:
-            if sample.faults:
-                raise SafetyStop(f"{fault_names(sample.faults)}; {fault_advice(sample.faults)}")
+        self._clear_pressure_faults(samples, guards)
+        self._note_rise(samples)
         self._guard(samples, guards)
         view = self._view(samples, now)
         blind = [side for side, finger in zip(SIDES, view.fingers, strict=True) if now - finger.seen_at > 0.5]
@@ -140,6 +171,8 @@ class GraspLoop:
             reading = self._angles[side].read()
         except EndOfFrames:
             raise LinkError("the camera's frames have ended; a recording cannot be grasped by") from None
+        except StaleFrameError:
+            return  # the hands took their time
         if math.isfinite(reading.bend):
             self._newest[side] = reading
 
@@ -156,6 +189,18 @@ class GraspLoop:
         return FingerView(
             reading.time_s, sense * reading.bend, sense * reading.theta1, sense * reading.theta2, (right, left)
         )
+
+    def _clear_pressure_faults(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
+        """Wait out a fault of pressure and clear it; any other one ends the grasp."""
+        for rig, sample, guard in zip(self._rigs, samples, guards, strict=True):
+            if not sample.faults:
+                continue
+            if sample.faults & ~PRESSURE_FAULTS or self._cleared >= CLEARED_MAX:
+                raise SafetyStop(f"{fault_names(sample.faults)}; {fault_advice(sample.faults)}")
+            right, left = sample.gauge_pressures[:2]
+            if not (guard.forbids_pulse(1, (right, left)) or guard.forbids_pulse(-1, (right, left))):
+                rig.clear_faults()
+                self._cleared += 1
 
     def _guard(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
         """Stop a pump before its rig's pressure limits."""
@@ -185,10 +230,13 @@ class GraspLoop:
                 self._wait_for_pressure(decision, guard.describe((right, left)), protocol, now)
                 return
         self._waiting, self._held_back = None, 0.0
-        for rig, direction in zip(self._rigs, directions, strict=True):
+        lasting = min(self._bearable(number, samples[number], decision.duration, protocol) for number in range(len(samples)))
+        for number, (rig, direction) in enumerate(zip(self._rigs, directions, strict=True)):
             if direction:
-                rig.pulse(direction, protocol.settings.pulses.duty, decision.duration)
-        self._pulse_ends = now + decision.duration
+                rig.pulse(direction, protocol.settings.pulses.duty, lasting)
+                self._pulsed[number] = (_highest(samples[number]), lasting)
+        self._pulse_ends = now + lasting
+        self.pulse_log.append((now, decision.pulses))
 
     def _asked(self, request: str) -> float:
         """Ask the hands; how long they will still take [s]."""
@@ -206,6 +254,22 @@ class GraspLoop:
             return decision.pulses
         right, left = decision.pulses
         return (right or left,)
+
+    def _bearable(self, number: int, sample: Reading, duration: float, protocol: GraspProtocol) -> float:
+        """A pulse's duration [s], shortened where the pressure would pass the guard's limit as it rose in the last."""
+        room = self._rigs[number].limits.pressure_high - protocol.settings.margin_kpa * KPA - _highest(sample)
+        if self._rise[number] * duration <= room:
+            return duration
+        return max(SHORTEST_SHARE * duration, room / self._rise[number])
+
+    def _note_rise(self, samples: Sequence[Reading]) -> None:
+        """How fast the highest pressure rose in the pulse that runs [MPa/s]."""
+        for number, sample in enumerate(samples):
+            begun = self._pulsed[number]
+            if begun is not None:
+                self._rise[number] = max(0.9 * self._rise[number], (_highest(sample) - begun[0]) / begun[1])
+                if not sample.direction and self._rigs[number].clock.now() > self._pulse_ends + 0.1:
+                    self._pulsed[number] = None
 
     def _wait_for_pressure(self, decision: Decision, limit: str, protocol: GraspProtocol, now: float) -> None:
         """Keep a pulse until the wall has relaxed; give up in the end."""
@@ -249,6 +313,11 @@ class GraspLoop:
         row["inward_pulses"], row["outward_pulses"] = outcome.inward_pulses, outcome.outward_pulses
         row["command"] = _command(decision, self._waiting is None)
         return row | dict(self._further())
+
+
+def _highest(sample: Reading) -> float:
+    """Highest gauge pressure of the two branches [MPa]."""
+    return max(sample.gauge_pressures[:2])
 
 
 def _command(decision: Decision, sent: bool) -> str:

@@ -219,7 +219,7 @@ class GraspProtocol:
                 self.outcome.contact_time[side] = self._views[-1].time
         if all(self.touching):
             return self._contact_sure(pauses)
-        if self._count >= pulses.inward_max:
+        if self._count >= pulses.inward_max or self._met(pauses):
             self.give_up(f"no contact of both fingers in {self._count} inward pulses; nothing to grasp there?")
             return WAIT
         self.outcome.inward_pulses += 1
@@ -299,6 +299,10 @@ class GraspProtocol:
         finger = self._finger
         along = max(0.0, self._low - finger.cap)
         return 0.5 * self.settings.gap_mm - bend * along**2 / (2.0 * finger.n_units * finger.pitch)
+
+    def _met(self, pauses: Sequence[Pause]) -> bool:
+        """Whether the fingers have met in the middle without an object between them."""
+        return sum(self._opening(pause.bend) for pause in pauses) <= 0.0
 
     def _pauses(self) -> tuple[Pause, Pause]:
         """What both fingers showed in the last part of the pause."""

@@ -33,10 +33,12 @@ class GraspPulses(Settings):
 class ContactSettings(Settings):
     """When a finger counts as touching; angles in degrees, summed over inward pulses."""
 
-    shape_deg: float = Field(default=0.3, gt=0, le=20)
-    """lag of theta1 behind what theta2 says of free bending"""
-    pressure_deg: float = Field(default=0.25, gt=0, le=20)
+    shape_deg: float = Field(default=0.4, gt=0, le=20)
+    """lag of theta1 behind what theta2 says of free bending, that alone makes contact sure"""
+    pressure_deg: float = Field(default=0.4, gt=0, le=20)
     """lag of the bend angle behind what the pressures say"""
+    both_share: float = Field(default=0.5, gt=0, le=1)
+    """share of either that makes contact sure when both show it"""
     slack_deg: float = Field(default=0.1, ge=0, le=5)
     """lag in one pulse that free fingers show and that is not summed"""
     learnt_pulses: int = Field(default=4, ge=2, le=50)
@@ -52,7 +54,7 @@ class GripSettings(Settings):
     """grip force over what friction needs to bear the weight"""
     damage_share: float = Field(default=0.5, gt=0, le=1)
     """of the force that the object bears, not exceeded by the grip"""
-    pulses_max: int = Field(default=25, ge=1, le=200)
+    pulses_max: int = Field(default=40, ge=1, le=200)
     """inward pulses after contact at most"""
     inward_s: float = Field(default=0.12, gt=0, le=5)
     """duration of a pulse after contact"""

@@ -259,10 +259,12 @@ class BendLoop:
             case Stop():
                 self._rig.stop()
             case Pulse():
+                going_on = command.in_place and state.direction == command.direction
+                going_on = going_on and self._rig.last_pulse is None and state.duty > 0
                 if command.in_place and state.duty:
                     self._make_room()
                 sent = self._rig.pulse(command.direction, float(command.duty), float(command.duration))
-                if not (command.in_place and sample.direction == command.direction):
+                if not going_on:
                     motion.pulses += 1
                 state.duty, state.direction, state.last_pulse = (
                     sent.duty,

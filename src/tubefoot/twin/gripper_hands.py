@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import pi, sin
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,13 +40,16 @@ class SimulatedHands:
         error: tuple[float, float, float] = (0.0, 0.0, 0.0),
         lift: tuple[float, float] = (30.0, 3.0),
         shake: tuple[float, float, float] = (2.0, 2.0, 2.0),
+        empty: bool = False,
     ):
         """Stand at the bench.
 
         bench : the gripper's; height : where the object's middle is to be [mm]
         error : of the placement [mm]; lift : height and duration [mm, s]
-        shake : amplitude, frequency, duration of each way [mm, Hz, s]
+        shake : amplitude, frequency, duration of each way [mm, Hz, s]; empty : the hands hold nothing
         """
+        self._empty = empty
+        self._held, self._slipped, self._peaks = False, 0.0, (0.0, 0.0)
         self._gripper = bench.gripper
         self._bench = bench
         self._at = (error[0], error[1], height + error[2])
@@ -57,7 +61,8 @@ class SimulatedHands:
 
     def place(self) -> float:
         """Hold the object between the fingers."""
-        self._gripper.place(self._at)
+        if not self._empty:
+            self._gripper.place(self._at)
         return PLACING_S
 
     def release(self) -> float:
@@ -71,7 +76,10 @@ class SimulatedHands:
         return self._move(self._raising(1.0), self._lift[1])
 
     def lower(self) -> float:
-        """Set it down."""
+        """Set it down; whether it was held until now is noted."""
+        self._held = self.slip.held
+        self._slipped = self.slip.most
+        self._peaks = (max(self._gripper.peak_normal), max(self._gripper.peak_crest))
         return self._move(self._raising(-1.0), self._lift[1])
 
     def shake(self) -> float:
@@ -86,6 +94,31 @@ class SimulatedHands:
             return (0.0, 0.0, pushed) if way < 1 else (pushed, 0.0, 0.0)
 
         return self._move(course, 2 * lasting)
+
+    def columns(self) -> dict[str, float]:
+        """What is true now: forces, slip, place of the object, column by column."""
+        right, left = self._gripper.touches()
+        x, y, z = (float(value) for value in self._gripper.object_at)
+        return {
+            "true_force_right_n": right.normal,
+            "true_force_left_n": left.normal,
+            "contact_height_right_mm": right.height,
+            "contact_height_left_mm": left.height,
+            "slip_mm": self.slip.now(),
+            "object_x_mm": x,
+            "object_y_mm": y,
+            "object_z_mm": z,
+        }
+
+    def verdict(self) -> dict[str, Any]:
+        """What the grasp came to: held until it was set down, slip and largest forces up to then."""
+        return {
+            "held": self._held,
+            "slip_mm": self._slipped if self._held else self.slip.most,
+            "peak_force_n": self._peaks[0] if self._held else max(self._gripper.peak_normal),
+            "peak_crest_force_n": self._peaks[1] if self._held else max(self._gripper.peak_crest),
+            "first_touch_s": list(self._gripper.first_touch),
+        }
 
     def _raising(self, way: float) -> Callable[[float], tuple[float, float, float]]:
         height, lasting = self._lift

@@ -1,0 +1,61 @@
+"""The hands of a person at the real gripper: asked in the terminal, one thing at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+
+class PersonHands:
+    """Asks a person; the pumps stand meanwhile."""
+
+    def __init__(self, ask: Callable[[str], str] = input):
+        """Choose how to ask.
+
+        ask : prints a prompt and returns the answer
+        """
+        self._ask = ask
+        self._asked_release = False
+
+    def place(self) -> float:
+        """Ask for the object."""
+        self._ask("Hold the object between the fingers, near their tips, and press Enter: ")
+        return 0.0
+
+    def release(self) -> float:
+        """Ask to let go."""
+        self._asked_release = True
+        self._ask("The grip is firm. Let go of the object and press Enter: ")
+        return 0.0
+
+    def lift(self) -> float:
+        """Ask for the lift."""
+        self._ask("Lift the gripper slowly, and press Enter when it is up: ")
+        return 0.0
+
+    def shake(self) -> float:
+        """Ask to shake it."""
+        self._ask("Shake the gripper a little up and down, then sideways, and press Enter: ")
+        return 0.0
+
+    def lower(self) -> float:
+        """Ask to set it down."""
+        self._ask("Set the gripper down, put a hand under the object, and press Enter: ")
+        return 0.0
+
+    def verdict(self) -> dict[str, Any]:
+        """What the person saw: whether the object was held, how far it slipped, whether it is damaged."""
+        if not self._asked_release:
+            return {"held": False, "slip_mm": None}
+        held = self._ask("Was it held all the time? [y/n] ").strip().lower().startswith("y")
+        slip = self._ask("How far did it slip [mm], empty if not measured: ").strip().replace(",", ".")
+        damaged = self._ask("Do you see damage? [y/n] ").strip().lower().startswith("y")
+        return {"held": held, "slip_mm": float(slip) if _is_number(slip) else None, "damage_seen": damaged}
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
