@@ -11,16 +11,18 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from tubefoot.lab.board_rig import BoardRig
     from tubefoot.lab.operator import Operator
+    from tubefoot.lab.recorder import Recorder
     from tubefoot.lab.settings import RigSettings
 
 
 @dataclass
 class Bench:
-    """A connected rig and whoever stands at it."""
+    """A connected rig, whoever stands at it, and the recorder if there is one."""
 
     rig: BoardRig
     operator: Operator
     simulated: bool
+    recorder: Recorder | None = None
 
 
 def rig_settings(rig_file: Path | None, port: str | None) -> RigSettings:
@@ -86,4 +88,4 @@ def open_bench(
         rig = BoardRig(port, settings, recorder)
         stack.callback(rig.close)
         rig.connect()
-        yield Bench(rig, operator, sim)
+        yield Bench(rig, operator, sim, recorder)

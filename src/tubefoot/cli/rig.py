@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import App, Parameter
 
 from tubefoot.cli.bench import Bench, open_bench, recording_path, rig_settings
+from tubefoot.cli.campaign import NO_OPTIONS, CampaignOptions, run_campaign
 
 if TYPE_CHECKING:
     from tubefoot.lab.settings import RigSettings
@@ -175,16 +176,33 @@ def record(
     pulses: Annotated[
         Path | None, Parameter(help="CSV of pulses: time_s, direction (1 or -1), duty, duration_s")
     ] = None,
+    campaign: Annotated[
+        Path | None,
+        Parameter(help="TOML of a campaign: loading, unloading, reversal, holds, repeats; resumable"),
+    ] = None,
+    options: Annotated[CampaignOptions, Parameter(name="*")] = NO_OPTIONS,
     port: Port = None,
     sim: Sim = False,
     rig_file: RigFile = None,
     seed: Seed = 0,
     out: Out = Path("out/rig-record"),
 ) -> None:
-    """Record everything that happens on the bench into one MCAP file, and run a list of pulses if given.
+    """Record everything that happens on the bench into one MCAP file; run a list of pulses, or a campaign.
 
     Example: tubefoot rig record --sim --seconds 3
+
+    Example: tubefoot rig record --campaign examples/campaigns/short.toml --sim --quick --units 3
+
+    options : of a campaign
     """
+    from tubefoot.errors import ConfigError
+
+    if campaign is not None:
+        _demand_alone(seconds, pulses)
+        run_campaign(campaign, options, rig_settings(rig_file, port), seed if sim else None, out)
+        return
+    if options != NO_OPTIONS:
+        raise ConfigError("--units, --camera, --bench, --quick and their like go with --campaign")
     from tubefoot.lab.program import load_program, play
     from tubefoot.lab.sensing import measure_neutral
 
@@ -285,6 +303,15 @@ def _run(out: Path, verb: str, settings: RigSettings, sim: bool, seed: int, **ex
 def _finish(run: Run) -> None:
     run.finish()
     print(f"results: {run.directory}")
+
+
+def _demand_alone(seconds: float | None, pulses: Path | None) -> None:
+    from tubefoot.errors import ConfigError
+
+    if seconds is not None or pulses is not None:
+        raise ConfigError(
+            "--campaign says itself what is pumped and how long; leave --seconds and --pulses out"
+        )
 
 
 def _demand_within(value: float, limit: float, name: str, unit: str, key: str) -> None:

@@ -22,6 +22,7 @@ def load_recording(
     drift: DriftLine = "none",
     units: int | None = None,
     synchronise: bool = True,
+    name: str | None = None,
 ) -> BenchRecord:
     """A recording, pressures since rest, angles on the pressures' clock.
 
@@ -31,6 +32,7 @@ def load_recording(
         the first rest to the last
     units : of the finger, where the file does not say or is wrong
     synchronise : whether the estimated latency is taken off the angles' times
+    name : what it is called; the file's name without its ending if not given
 
     Raises ConfigError when the file cannot be read, has too short a rest, or no pulse.
     """
@@ -46,7 +48,7 @@ def load_recording(
         )
     else:
         raise ConfigError(f"{path}: no such recording")
-    record = prepared(raw, path.stem, drift, synchronise)
+    record = prepared(raw, name or path.stem, drift, synchronise)
     return record if units is None else replace(record, units=units)
 
 

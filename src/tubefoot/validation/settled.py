@@ -23,6 +23,8 @@ WINDOW_S = 0.3
 LEAST_SAMPLES = 3
 NEUTRAL = 0.5 * KPA
 """Difference of the pressures below which a state belongs to neither side [MPa]."""
+LEFT_OVER = 3.0 * KPA
+"""Difference of the pressures up to which a finger counts as brought back at the end [MPa]."""
 ODD_SHARE = 0.5
 """A state of which a larger share of values is flagged is flagged itself."""
 
@@ -102,6 +104,19 @@ def creeping_states(
     window : over which is averaged [s]
     """
     return _states(record, [(delay, True) for delay in delays], window)
+
+
+def last_rest(record: BenchRecord, window: float = WINDOW_S) -> SettledState | None:
+    """The state at the recording's end, None where the pump ran until then or the pressures differ.
+
+    record : of the bench
+    window : over which is averaged [s]
+    """
+    start = record.duration - window
+    if start < record.pulses[-1].end + window:
+        return None
+    state = _mean_state(record, len(record.pulses), start, window, record.duration)
+    return state if state is not None and abs(state.right - state.left) < LEFT_OVER else None
 
 
 def _states(record: BenchRecord, delays: list[tuple[float, bool]], window: float) -> list[SettledState]:

@@ -107,6 +107,7 @@ def run_experiment(
     directory: Path,
     board: BoardKind = "native",
     say: Callable[[str], None] = lambda _: None,
+    rig_settings: RigSettings | None = None,
 ) -> Path:
     """The recording of a virtual experiment, or of the rest of an interrupted one.
 
@@ -115,14 +116,15 @@ def run_experiment(
     board : `native`, the firmware's core on this computer with angles without pixels, or `simavr`, the real
         binary with rendered frames
     say : told of every block
+    rig_settings : of the host's rig; the defaults if not given
 
     Raises ConfigError when the directory holds another campaign.
     """
-    rig_settings = RigSettings(name="virtual bench")
-    experiment.campaign.demand_within(rig_settings)
+    settings = rig_settings or RigSettings(name="virtual bench")
+    experiment.campaign.demand_within(settings)
     ledger = Ledger.opened(directory, experiment.campaign)
     path = directory / f"bench{f'-{len(ledger.recordings) + 1}' if ledger.recordings else ''}.mcap"
-    with _opened(experiment, rig_settings, path, board) as session:
+    with _opened(experiment, settings, path, board) as session:
         units = experiment.made.finger.units
         CampaignRun(experiment.campaign, *session, say=say).run(ledger, directory, units)
     return path

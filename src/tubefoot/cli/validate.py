@@ -1,0 +1,127 @@
+"""`tubefoot validate`: recordings held against finite elements."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from tubefoot.validation.stage import Validated
+
+
+def validate(
+    *recording: Annotated[Path, Parameter(help="MCAP of a bench, or CSV of any laboratory")],
+    against: Annotated[
+        list[Path], Parameter(help="run directories of solves, one for each length of finger")
+    ],
+    columns: Annotated[
+        Path | None, Parameter(help="TOML: which column of a CSV is what, in which unit")
+    ] = None,
+    units: Annotated[
+        int | None, Parameter(help="units of the recorded finger, where the file does not say")
+    ] = None,
+    settle_s: Annotated[float, Parameter(help="from a pulse's end to the state that is compared [s]")] = 0.5,
+    drift: Annotated[
+        Literal["none", "rest", "ends"],
+        Parameter(
+            help="drift line taken off the pressures: none, that of the first rest, first to last rest"
+        ),
+    ] = "none",
+    synchronise: Annotated[bool, Parameter(help="take the estimated latency off the angles' times")] = True,
+    seed: Annotated[int, Parameter(help="of the bootstrap")] = 0,
+    out: Annotated[Path, Parameter(help="directory for the results")] = Path("out/validate"),
+) -> None:
+    """Compare recordings with solves: overlays, slopes, offsets with confidence, loops, claims C5, C6, C9.
+
+    Writes states.csv, comparison.csv, bands.csv, loops.csv, validation.json, claims.json, validation.png and
+    .svg, run.toml.
+
+    Example: tubefoot validate out/rig-record/bench.mcap --against out/reference-3
+    """
+    from tubefoot.errors import ConfigError
+    from tubefoot.records import Run
+    from tubefoot.report.validation import draw_validation
+    from tubefoot.validation.column_map import load_column_map
+    from tubefoot.validation.loading import load_recording
+    from tubefoot.validation.prediction import load_prediction
+    from tubefoot.validation.stage import validate_recordings, write_validation
+
+    if not recording:
+        raise ConfigError("no recording named; give the bench.mcap of `tubefoot rig record`, or a CSV")
+    if not 0 <= settle_s <= 3600:
+        raise ConfigError(f"--settle-s {settle_s:g}: allowed are 0 to 3600 s")
+    mapped = load_column_map(columns) if columns else None
+    predictions = [load_prediction(path) for path in against]
+    records = []
+    for path, name in zip(recording, distinct_names(recording), strict=True):
+        print(f"reading {path}", flush=True)
+        records.append(load_recording(path, mapped, drift, units, synchronise, name))
+    run = Run(
+        out,
+        "validate",
+        {
+            "recordings": [str(path) for path in recording],
+            "against": [str(path) for path in against],
+            "columns": mapped.model_dump(mode="json") if mapped else None,
+            "units": units,
+            "settle_s": settle_s,
+            "drift": drift,
+            "synchronise": synchronise,
+        },
+        seed=seed,
+    )
+    found = validate_recordings(records, predictions, settle_s, seed, lambda text: print(text, flush=True))
+    write_validation(found, run.directory)
+    draw_validation(run.directory)
+    run.finish(**{claim.id: claim.verdict for claim in found.claims})
+    tell(found)
+    print(f"results: {run.directory}")
+
+
+def distinct_names(paths: tuple[Path, ...]) -> list[str]:
+    """A short name for each file: its stem; with the directory where stems repeat.
+
+    paths : of the files
+
+    >>> distinct_names((Path("a/bench.mcap"), Path("b/bench.mcap"), Path("old.csv")))
+    ['a', 'b', 'old']
+    """
+    stems = [path.stem for path in paths]
+    if len(set(stems)) == len(stems):
+        return stems
+    names = [path.resolve().parent.name if stems.count(path.stem) > 1 else path.stem for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{name}-{number}" for number, name in enumerate(names, start=1)]
+
+
+def tell(found: Validated) -> None:
+    """Print what was found, one table for all recordings and the verdicts.
+
+    found : by `validate_recordings`
+    """
+    for record in found.records:
+        late = record.latency
+        text = (
+            f"{1e3 * late.seconds:.0f} +- {1e3 * late.sigma:.0f} ms"
+            if late.seconds == late.seconds
+            else "unknown"
+        )
+        print(
+            f"{record.name}: latency of the angles {text}{', taken off' if late.applied else ''}; "
+            f"flagged {int(record.pressure_outlier.sum())} samples, {int(record.angle_outlier.sum())} angles"
+        )
+    for one in found.comparisons:
+        print(f"{one.recording} against {one.run}: {one.states} states of {one.strokes} strokes")
+        for name, estimate in one.figures.items():
+            print(f"  {name:<28} {estimate.value:9.3f}  ({estimate.low:.3f} to {estimate.high:.3f})")
+        for name, value in found.steadiness[one.recording].items():
+            print(f"  {name:<28} {value:9.3f}")
+        loops = found.loops[one.recording]
+        if loops:
+            widths = ", ".join(f"{loop.angle_width:.2f}" for loop in loops)
+            print(f"  mean width of the angle's loops [deg]: {widths}")
+    for claim in found.claims:
+        print(f"{claim.id:>4} {claim.verdict}: {claim.statement}")
