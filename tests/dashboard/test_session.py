@@ -123,6 +123,36 @@ def test_campaign_is_run_recorded_and_can_be_read(bench):
     assert times.max() < 0.02  # no sample is missed although frames are looked at meanwhile
 
 
+CAMPAIGN = """
+name = "tiny"
+rest_s = 1.0
+settle_s = 0.3
+repeats = 1
+[[blocks]]
+kind = "load"
+until_kpa = 5.0
+pulse_s = 0.2
+[[blocks]]
+kind = "unload"
+pulse_s = 0.2
+"""
+
+
+def test_a_campaign_file_is_run_once_and_each_angle_recorded_once(bench):
+    bench.desk.do("me", {"do": "play", "table": CAMPAIGN, "form": "toml"})
+    assert "1 repeats done" in bench.ended()
+    (folder,) = bench.session.log.directory.glob("campaign-*/")
+    angles = [row["time_s"] for row in Recording(folder / "bench.mcap").rows("angles")]
+    assert len(angles) > 40
+    assert np.diff(angles).min() > 0.02
+    bench.desk.do("me", {"do": "play", "table": CAMPAIGN, "form": "toml"})
+    assert "were done before" in bench.ended()
+    bench.desk.do(
+        "me", {"do": "play", "table": CAMPAIGN.replace("pulse_s = 0.2", "pulse_s = 9"), "form": "toml"}
+    )
+    assert "pulse_s" in bench.ended()
+
+
 def test_recording_on_and_off(bench):
     bench.desk.do("me", {"do": "record", "pictures": False})
     path = until(lambda: bench.feed.status.get("recording"))

@@ -1,22 +1,19 @@
-"""What the page can order beside motions: pulses by hand, zero, clearing faults, campaigns, recordings."""
+"""What the page can order beside motions: pulses by hand, zero, clearing faults; recordings on and off."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from pydantic import Field
 
 from tubefoot.config import Settings
-from tubefoot.dashboard.logbook import kept_table
 from tubefoot.dashboard.watched_rig import WatchedRig
-from tubefoot.errors import ConfigError, LinkError
-from tubefoot.lab.program import load_program, play
+from tubefoot.errors import LinkError
 from tubefoot.lab.sensing import measure_neutral
 
 if TYPE_CHECKING:
     from tubefoot.dashboard.session import Session
-
-TABLE_CHARACTERS = 1_000_000
 
 
 class PulseOrder(Settings):
@@ -90,45 +87,14 @@ class ClearOrder(Settings):
         return "cleared"
 
 
-class PlayOrder(Settings):
-    """Run a list of pulses and record it: a campaign."""
-
-    do: Literal["play"]
-    table: str = Field(min_length=1, max_length=TABLE_CHARACTERS)
-    """CSV: time_s, direction, duty, duration_s"""
-    pictures: bool = True
-    """whether camera frames are recorded"""
-
-    kind: ClassVar[str] = "play"
-    text: ClassVar[str] = "campaign"
-
-    def run(self, session: Session, rig: WatchedRig) -> str:
-        """What came of it.
-
-        session : where it runs
-        rig : to work with
-        """
-        program = load_program(kept_table(session.log.directory, "campaign", self.table))
-        if not program:
-            raise ConfigError("the campaign's table has no pulses")
-        mine = session.log.recorder is None
-        if mine:
-            begin_recording(session, self.pictures)
-        try:
-            play(rig, program, lambda said: session.feed.tell(progress=said))
-        finally:
-            if mine:
-                end_recording(session)
-        return f"{len(program)} pulses done"
-
-
-def begin_recording(session: Session, pictures: bool) -> None:
+def begin_recording(session: Session, pictures: bool, directory: Path | None = None) -> None:
     """Begin a recording; on the bench's thread.
 
     session : to be recorded
     pictures : whether camera frames are recorded
+    directory : where it goes; that of the session if not given
     """
-    path = session.log.begin(session.bench, pictures)
+    path = session.log.begin(session.bench, pictures, directory)
     session.feed.tell(recording=str(path))
     session.note("info", f"recording into {path}")
 

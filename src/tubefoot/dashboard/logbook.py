@@ -25,6 +25,7 @@ class Logbook:
 
     directory : where they go
     recorder : the running recording's, None where nothing is recorded
+    angles_by_other : whether what runs records the angles itself
     """
 
     def __init__(self, directory: Path):
@@ -34,22 +35,25 @@ class Logbook:
         """
         self.directory = directory
         self.recorder: Recorder | None = None
+        self.angles_by_other = False
         self._rig: BoardRig | None = None
         self._pictures = False
 
-    def begin(self, bench: Bench, pictures: bool) -> Path:
+    def begin(self, bench: Bench, pictures: bool, directory: Path | None = None) -> Path:
         """The path of a new recording that has begun; camera and markers lie beside it, for its replay.
 
         bench : recorded
         pictures : whether frames are recorded, about 1 MB a second
+        directory : where it goes; that of the session if not given
         """
+        place = directory or self.directory
         if self.recorder is not None:
             raise ConfigError(f"{self.recorder.path} is being recorded; end that first")
-        path = free_path(self.directory, "bench", ".mcap")
+        path = free_path(place, "bench", ".mcap")
         if bench.calibration is not None:
-            bench.calibration.save(self.directory / "camera.toml")
+            bench.calibration.save(place / "camera.toml")
             layout = bench.layout.model_dump(mode="json", exclude_none=True)
-            write_whole(self.directory / "layout.toml", tomli_w.dumps(layout))
+            write_whole(place / "layout.toml", tomli_w.dumps(layout))
         rig = bench.rig
         self.recorder, self._rig = Recorder(path, rig.settings, rig.clock.now()), rig
         self._pictures = pictures
@@ -65,11 +69,9 @@ class Logbook:
         """
         if self.recorder is None:
             return
-        angles = {"bend_deg": reading.bend, "sigma_deg": reading.sigma}
-        angles |= {"theta1_deg": reading.theta1, "theta2_deg": reading.theta2}
-        values = {key: angle / DEG for key, angle in angles.items()} | {"quality": reading.quality}
         try:
-            self.recorder.angle(reading.time_s, now, values, reading.fault)
+            if not self.angles_by_other:
+                self.recorder.angle(reading.time_s, now, _angles(reading), reading.fault)
             if self._pictures and sight.jpeg:
                 self.recorder.frame(reading.time_s, sight.jpeg, *sight.size)
         except LinkError:
@@ -103,6 +105,12 @@ class Logbook:
         return write_table(free_path(self.directory, "motion", ".csv"), whole, COLUMNS)
 
 
+def _angles(reading: FingerReading) -> dict[str, float]:
+    angles = {"bend_deg": reading.bend, "sigma_deg": reading.sigma}
+    angles |= {"theta1_deg": reading.theta1, "theta2_deg": reading.theta2}
+    return {key: angle / DEG for key, angle in angles.items()} | {"quality": reading.quality}
+
+
 def free_path(directory: Path, stem: str, suffix: str) -> Path:
     """A path that is not taken: `stem.suffix`, `stem-2.suffix`, ...
 
@@ -117,14 +125,15 @@ def free_path(directory: Path, stem: str, suffix: str) -> Path:
     return path
 
 
-def kept_table(directory: Path, stem: str, text: str) -> Path:
-    """The path of a table that the page sent, kept as a file.
+def kept_text(directory: Path, stem: str, suffix: str, text: str) -> Path:
+    """The path of a table or file of settings that the page sent, kept as a file.
 
     directory : where it is kept
     stem : its name
-    text : the CSV
+    suffix : its ending with the dot
+    text : what is in it
     """
-    return write_whole(free_path(directory, stem, ".csv"), text)
+    return write_whole(free_path(directory, stem, suffix), text)
 
 
 def _cell(value: Any) -> Any:

@@ -17,7 +17,7 @@ from tubefoot.control.loop import BendLoop, Motion
 from tubefoot.control.settings import BendSettings
 from tubefoot.control.tracking import TrackingController
 from tubefoot.control.trajectory import Trajectory, load_trajectory, trajectory_of
-from tubefoot.dashboard.logbook import kept_table
+from tubefoot.dashboard.logbook import kept_text
 from tubefoot.dashboard.watched_rig import WatchedRig
 from tubefoot.errors import ConfigError, ConvergenceError
 from tubefoot.units import DEG
@@ -125,7 +125,7 @@ class FollowOrder(Settings):
         directory : a table is kept there
         """
         if self.table:
-            return load_trajectory(kept_table(directory, "trajectory", self.table))
+            return load_trajectory(kept_text(directory, "trajectory", ".csv", self.table))
         count = SINE_POINTS * self.cycles
         turns = [number / SINE_POINTS for number in range(count + 1)]
         return trajectory_of(

@@ -7,7 +7,8 @@ from typing import Any
 
 from tubefoot.config import parse_settings
 from tubefoot.dashboard.calibrating import CalibrateOrder
-from tubefoot.dashboard.chores import ClearOrder, PlayOrder, PulseOrder, ZeroOrder
+from tubefoot.dashboard.campaigns import PlayOrder
+from tubefoot.dashboard.chores import ClearOrder, PulseOrder, ZeroOrder
 from tubefoot.dashboard.motions import BendOrder, FollowOrder
 
 AnyOrder = BendOrder | FollowOrder | PulseOrder | ZeroOrder | ClearOrder | PlayOrder | CalibrateOrder

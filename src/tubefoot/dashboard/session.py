@@ -13,9 +13,10 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import Any, Protocol
+from typing import Protocol
 
 from tubefoot.dashboard.benches import Bench
+from tubefoot.dashboard.bulletin import Log, description, sample_row, trouble, troubles
 from tubefoot.dashboard.eye import Shown, angle_row
 from tubefoot.dashboard.feed import Feed, Sight
 from tubefoot.dashboard.helm import Helm
@@ -24,16 +25,13 @@ from tubefoot.dashboard.motions import FingerPlans
 from tubefoot.dashboard.questions import Questions
 from tubefoot.dashboard.watched_rig import WatchedRig
 from tubefoot.errors import ConfigError, LinkError, SafetyStop, TubefootError
-from tubefoot.lab.messages import FAULT_ACTIONS, Fault
-from tubefoot.lab.rig import Reading, fault_names
-from tubefoot.units import KPA, ML
+from tubefoot.lab.rig import Reading
 from tubefoot.vision.camera import EndOfFrames
 from tubefoot.vision.finger import FingerReading
 
 FRAME_S = 1 / 30
 AGAIN_S = 1.0
 """A lost line is tried again so often [s]."""
-NOTES = 30
 NAN = float("nan")
 
 
@@ -97,8 +95,8 @@ class Session:
         self._stop_wanted = ""
         self._goes_on = self._running = False
         self._camera_fault = ""
-        self._notes: deque[dict[str, Any]] = deque(maxlen=NOTES)
-        self._noting = threading.Lock()
+        self._log = Log(feed)
+        self._giving = threading.Lock()
         self._thread = threading.Thread(target=self._live, name="bench", daemon=True)
 
     @property
@@ -136,7 +134,7 @@ class Session:
         """
         if self.bench.line.tripped:
             raise SafetyStop("the emergency stop is in force; release it first")
-        with self._noting:
+        with self._giving:
             if self.busy:
                 raise ConfigError("the bench is busy; stop what runs, or wait for its end")
             self._busy.set()
@@ -193,10 +191,7 @@ class Session:
         level : info, good, warning, alarm
         text : what happened
         """
-        with self._noting:
-            self._notes.append({"time_s": round(self._now(), 2), "level": level, "text": text})
-            notes = list(self._notes)
-        self.feed.tell(notes=notes)
+        self._log.write(self._now(), level, text)
 
     def _now(self) -> float:
         return self._bench.rig.clock.now() if self._bench else 0.0
@@ -215,7 +210,7 @@ class Session:
                     self._turn(bench)
         except BaseException as error:
             self._fault = error
-            self.feed.tell(phase="broken", trouble=[_trouble("the bench broke down", str(error))])
+            self.feed.tell(phase="broken", trouble=[trouble("the bench broke down", str(error))])
             if not isinstance(error, TubefootError) and self._ready.is_set():
                 raise
         finally:
@@ -319,38 +314,19 @@ class Session:
             self._check()
 
     def _sampled(self, reading: Reading) -> None:
-        right, left = reading.pressures[:2]
-        faults, supply = float(reading.faults), reading.supply
-        volume = reading.pumped_volume / ML
-        row = (reading.time, right / KPA, left / KPA, volume, float(reading.direction), supply, faults)
-        self.feed.sample(row)
+        self.feed.sample(sample_row(reading))
 
     def _tell_troubles(self, line: str = "") -> None:
-        """Everything that is wrong, with what to do."""
-        found = [_trouble("no answer from the board", line)] if line else []
-        if self._camera_fault:
-            found.append(_trouble("no picture", self._camera_fault))
-        faults = self.bench.rig.faults
-        found += [_trouble(fault_names(fault), FAULT_ACTIONS[fault]) for fault in Fault if fault in faults]
-        self.feed.tell(trouble=found)
+        self.feed.tell(trouble=troubles(self.bench.rig.faults, line, self._camera_fault))
 
     def tell_pages(self) -> None:
         """Say anew who is in control."""
         self.feed.tell(holder=self.helm.holder, pages=len(self.helm.pages()))
 
     def _describe(self, bench: Bench) -> None:
-        limits = bench.rig.settings.limits
         self.feed.tell(
             phase="idle",
-            bench={
-                "name": bench.name,
-                "virtual": bench.hands is not None,
-                "camera": bench.angles is not None,
-                "pressure_low_kpa": limits.pressure_low_kpa,
-                "pressure_high_kpa": limits.pressure_high_kpa,
-                "duty_max": limits.duty_max,
-                "pulse_max_s": limits.pulse_max_s,
-            },
+            bench=description(bench),
             heartbeat_s=self.helm.heartbeat_s,
             trouble=[],
             goes_on=False,
@@ -358,7 +334,3 @@ class Session:
             recording=None,
         )
         self.tell_pages()
-
-
-def _trouble(what: str, advice: str) -> dict[str, str]:
-    return {"what": what, "advice": advice}

@@ -1,9 +1,9 @@
 """The binary frames of the websocket: `TFD1`, then sections of kind, length, payload; little-endian.
 
 A section is 8 bytes of head (u16 kind, u16 count, u32 bytes) and its payload, filled up with zeros to a
-multiple of 8, so that the page looks at the numbers where they lie. Kinds: 1 samples, 2 angles (float64 rows), 3 picture
-(u32 width, u32 height, f64 time, JPEG), 4 marker outlines, 5 centreline [px], 6 shape [mm, rad] (float32),
-7 state (JSON, UTF-8), 8 why the tip is lost (UTF-8).
+multiple of 8, so that the page looks at the numbers where they lie. Kinds: 1 samples, 2 angles (float64
+rows), 3 picture (u32 width, u32 height, f64 time, JPEG), 4 marker outlines, 5 centreline [px], 6 shape
+[mm, rad] (float32), 7 state (JSON, UTF-8), 8 why the tip is lost (UTF-8).
 """
 
 from __future__ import annotations

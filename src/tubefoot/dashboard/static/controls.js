@@ -137,8 +137,9 @@ const actions = {
   record: () => send(state.recording ? { do: "end_record" } : { do: "record", pictures: at("pictures").checked }),
   "play-campaign": async () => {
     const table = await fileText("campaign");
-    if (!table) throw new Error("choose the campaign's table first");
-    return send({ do: "play", table, pictures: at("pictures").checked });
+    if (!table) throw new Error("choose the campaign's file first");
+    const form = at("campaign").files[0].name.toLowerCase().endsWith(".toml") ? "toml" : "csv";
+    return send({ do: "play", table, form, pictures: at("pictures").checked });
   },
   play: () => send({ do: state.replay?.playing ? "pause" : "play" }),
   "refused-close": () => { at("refused").hidden = true; },
