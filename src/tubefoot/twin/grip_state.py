@@ -38,6 +38,7 @@ class GripState:
     """A state at rest; angles inward positive, of the right finger.
 
     normal_force_n : of each finger, mean of both
+    vertical_force_n : of the right finger on the object, upwards; the flanks are tilted
     contact_height_mm : of the resultant above the base
     theta1_deg, theta2_deg : turn of the middle line over its lower and upper half
     theta1_chord_deg, theta2_chord_deg : the same from chords between the markers' lower edges
@@ -45,6 +46,7 @@ class GripState:
 
     pumped_volume_ml: float
     normal_force_n: float
+    vertical_force_n: float
     contact_height_mm: float
     bend_deg: float
     theta1_deg: float
@@ -131,12 +133,13 @@ def _state(gripper: Gripper, volume: float) -> GripState:
     return GripState(
         volume,
         0.5 * (right.normal + left.normal),
+        float(right.force[2]),
         right.height,
         finger.bend / DEG,
         float(middle) / DEG,
         float(tip - middle) / DEG,
         chords[0] / DEG,
         chords[1] / DEG,
-        finger.pressures[0] / KPA,
-        finger.pressures[1] / KPA,
+        float(finger.pressures[0]) / KPA,
+        float(finger.pressures[1]) / KPA,
     )

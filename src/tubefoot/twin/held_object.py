@@ -64,10 +64,9 @@ class HeldObject:
             return ""
         low, high = _outline(self.what.mesh_file)
         scale = np.array(self.what.size_mm) / METRE / (high - low)
-        shift = -scale * (low + high) / 2
         return (
             f'<mesh name="object" file="{self.what.mesh_file}" scale="{_numbers(scale)}" '
-            f'refpos="{_numbers(-shift)}"/>'
+            f'refpos="{_numbers((low + high) / 2)}"/>'
         )
 
     def bodies(self) -> str:
