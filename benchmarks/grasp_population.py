@@ -1,9 +1,9 @@
 """Random grasps on random benches, and closings without an object: a row each, in a table that is resumed.
 
-Every trial draws two benches of the population (one a finger), an object (tofu or blueberry, pose, size 0.8 to 1.2,
-stiffness 0.5 to 2 of the record's), its friction (0.2 to 0.8, which the protocol does not know) and an error of its
-placement (up to 3 mm along each axis). The whole host runs: protocol, rigs, the firmware's core, angles with the vision's
-scatter.
+Every trial draws two benches of the population (one a finger), an object (tofu or blueberry, pose, size 0.8
+to 1.2, stiffness 0.5 to 2 of the record's), its friction (0.2 to 0.8, which the protocol does not know) and
+an error of its placement (up to 3 mm along each axis). The whole host runs: protocol, rigs, the firmware's
+core, angles with the vision's scatter.
 
     python -m benchmarks.grasp_population --count 200 --out build/grasps.csv
     python -m benchmarks.grasp_population --free --count 200 --out build/closings.csv
@@ -44,11 +44,13 @@ SLIP_MM = 1.0
 FIRM_FRICTION = 0.4
 """Friction from which on nearly all grasps must hold; the grip relies on it."""
 COLUMNS = (
-    "trial", "kind", "object", "pose", "size", "stiffness", "friction", "error_x_mm", "error_y_mm", "error_z_mm",
-    "wall_right", "wall_left", "held", "slip_mm", "success", "peak_force_n", "damage_margin", "goal_n", "estimate_n",
-    "latency_right", "latency_left", "false_contacts", "pulses_outward", "pulses_inward", "pulses_after_contact",
-    "theta1_deg", "theta2_deg", "bench_time_s", "cpu_s", "end_reason",
-)  # fmt: skip
+    *("trial", "kind", "object", "pose", "size", "stiffness", "friction"),
+    *("error_x_mm", "error_y_mm", "error_z_mm", "wall_right", "wall_left"),
+    *("held", "slip_mm", "success", "peak_force_n", "damage_margin", "goal_n", "estimate_n"),
+    *("latency_right", "latency_left", "false_contacts"),
+    *("pulses_outward", "pulses_inward", "pulses_after_contact", "theta1_deg", "theta2_deg"),
+    *("bench_time_s", "cpu_s", "end_reason"),
+)
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ def drawn(trial: int, free: bool, tuning: bool = False) -> Draw:
     """
     chance = np.random.default_rng([STREAM, trial, int(tuning)])
     what = known_object(("tofu", "blueberry")[int(chance.integers(2))])
-    pose: Pose = ("front", "side")[int(chance.integers(2))]  # type: ignore[assignment]
+    pose: Pose = ("front", "side")[int(chance.integers(2))]
     size, friction = float(chance.uniform(0.8, 1.2)), float(chance.uniform(0.2, 0.8))
     stiffness = float(np.exp(chance.uniform(math.log(0.5), math.log(2.0))))
     x, y, z = (float(value) for value in chance.uniform(-3.0, 3.0, 3))
@@ -136,7 +138,9 @@ def _outcome_columns(
     damage = damage_of(draw.what, draw.pose, verdict["peak_force_n"], verdict["peak_crest_force_n"])
     held = [row for row in loop.rows if row["phase"] == "hold"][-30:]
     angles = {
-        f"{name}_deg": float(np.mean([row[f"{name}_{side}_deg"] for row in held for side in ("right", "left")]))
+        f"{name}_deg": float(
+            np.mean([row[f"{name}_{side}_deg"] for row in held for side in ("right", "left")])
+        )
         if held
         else math.nan
         for name in ("theta1", "theta2")
@@ -189,7 +193,9 @@ def tell(rows: Sequence[dict[str, str]]) -> list[str]:
             _share("held without slip, friction >= 0.4", [row["success"] == "1" for row in firm]),
             _share("held without slip, friction < 0.4", [row["success"] == "1" for row in slippery]),
             _share("dropped, friction >= 0.4", [row["held"] != "1" for row in firm]),
-            _share("beyond a damage bound, friction >= 0.4", [_number(row["damage_margin"]) < 1 for row in firm]),
+            _share(
+                "beyond a damage bound, friction >= 0.4", [_number(row["damage_margin"]) < 1 for row in firm]
+            ),
             _share("beyond a damage bound, all", [_number(row["damage_margin"]) < 1 for row in grasps]),
         ]
         latencies = [int(row[key]) for row in grasps for key in ("latency_right", "latency_left") if row[key]]
@@ -199,15 +205,23 @@ def tell(rows: Sequence[dict[str, str]]) -> list[str]:
         speed /= sum(_number(row["cpu_s"]) for row in grasps if row["cpu_s"])
         lines.append(f"whole host and bench: {speed:.1f} x real time (CPU)")
         lines += [
-            f"  trial {row['trial']}: {row['object']} {row['pose']}, friction {float(row['friction']):.2f}, walls "
-            f"{float(row['wall_right']):.2f}/{float(row['wall_left']):.2f}, held {row['held']}, slip {row['slip_mm'][:5]} mm: "
+            f"  trial {row['trial']}: {row['object']} {row['pose']}, friction "
+            f"{float(row['friction']):.2f}, walls "
+            f"{float(row['wall_right']):.2f}/{float(row['wall_left']):.2f}, held {row['held']}, slip "
+            f"{row['slip_mm'][:5]} mm: "
             f"{row['end_reason']}"
             for row in firm
             if row["success"] != "1"
         ]
     if free:
-        lines.append(_share("free closings with a false contact", [int(row["false_contacts"] or 0) > 0 for row in free]))
-        ended = [row for row in free if "no contact" not in row["end_reason"] and row["false_contacts"] == "0"]
+        lines.append(
+            _share(
+                "free closings with a false contact", [int(row["false_contacts"] or 0) > 0 for row in free]
+            )
+        )
+        ended = [
+            row for row in free if "no contact" not in row["end_reason"] and row["false_contacts"] == "0"
+        ]
         lines += [f"  free closing {row['trial']} ended otherwise: {row['end_reason']}" for row in ended]
     return lines
 
@@ -216,7 +230,8 @@ def _share(what: str, hits: Iterable[bool]) -> str:
     found = list(hits)
     low, high = wilson(sum(found), len(found))
     share = sum(found) / len(found) if found else math.nan
-    return f"{what}: {sum(found)} of {len(found)} = {100 * share:.1f} % (95 %: {100 * low:.1f} to {100 * high:.1f} %)"
+    within = f"95 %: {100 * low:.1f} to {100 * high:.1f} %"
+    return f"{what}: {sum(found)} of {len(found)} = {100 * share:.1f} % ({within})"
 
 
 def _number(text: str) -> float:
@@ -236,7 +251,9 @@ def read(path: Path) -> list[dict[str, str]]:
 
 def main() -> None:
     """Run the trials that a table lacks, or tell what tables say."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--free", action="store_true", help="closings without an object")
     parser.add_argument("--tuning", action="store_true", help="benches for tuning instead of the verdict's")
@@ -258,7 +275,11 @@ def main() -> None:
             row = run_trial(trial, given.free, given.tuning)
             writer.writerow({key: _cell(row.get(key)) for key in COLUMNS})
             file.flush()
-            print(f"{trial:4d} {row['object']:9s} {row['pose']:5s} success {row['success']} {row['end_reason']}", flush=True)
+            print(
+                f"{trial:4d} {row['object']:9s} {row['pose']:5s} success {row['success']} "
+                f"{row['end_reason']}",
+                flush=True,
+            )
     print("\n".join(tell(read(given.out))))
 
 

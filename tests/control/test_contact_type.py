@@ -8,7 +8,13 @@ from tubefoot.units import DEG
 
 @pytest.mark.parametrize(
     ("theta1", "theta2", "kind"),
-    [(-8.0, -1.0, "planar"), (-8.0, 0.5, "planar"), (-4.0, 5.0, "curved"), (-10.0, -9.8, "even"), (0.2, 3.0, "unknown")],
+    [
+        (-8.0, -1.0, "planar"),
+        (-8.0, 0.5, "planar"),
+        (-4.0, 5.0, "curved"),
+        (-10.0, -9.8, "even"),
+        (0.2, 3.0, "unknown"),
+    ],
 )
 def test_kinds(theta1: float, theta2: float, kind: str) -> None:
     assert classify_contact(theta1 * DEG, theta2 * DEG).kind == kind

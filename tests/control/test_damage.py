@@ -21,8 +21,12 @@ def test_pressure_integrates_to_the_force() -> None:
 
 
 def test_pressure_grows_with_the_cube_root_and_the_square_root() -> None:
-    assert contact_pressure(BERRY, "front", 0.8)[0] == pytest.approx(2 * contact_pressure(BERRY, "front", 0.1)[0])
-    assert contact_pressure(TOFU, "front", 0.4)[0] == pytest.approx(2 * contact_pressure(TOFU, "front", 0.1)[0])
+    assert contact_pressure(BERRY, "front", 0.8)[0] == pytest.approx(
+        2 * contact_pressure(BERRY, "front", 0.1)[0]
+    )
+    assert contact_pressure(TOFU, "front", 0.4)[0] == pytest.approx(
+        2 * contact_pressure(TOFU, "front", 0.1)[0]
+    )
 
 
 def test_margins_are_bounds_over_loads() -> None:

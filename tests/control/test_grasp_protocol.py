@@ -33,7 +33,9 @@ class Springs:
             theta1 = min(driven / 2, touch / 2)
             pressure = driven * DEG / GAIN
             bend = (theta1 + theta2) * DEG
-            fingers.append(FingerView(self.now, bend, theta1 * DEG, theta2 * DEG, (pressure / 2, -pressure / 2)))
+            fingers.append(
+                FingerView(self.now, bend, theta1 * DEG, theta2 * DEG, (pressure / 2, -pressure / 2))
+            )
         return GripView(self.now, (fingers[0], fingers[1]), pumping)
 
     def run(self, protocol: GraspProtocol, most_s: float = 200.0) -> None:
@@ -55,7 +57,12 @@ class Springs:
 def protocol_of(settings: GraspSettings | None = None, coupled: bool = False) -> GraspProtocol:
     """The protocol for a blueberry."""
     return GraspProtocol(
-        known_object("blueberry"), "front", FINGER, grip_lever(FINGER, 70.0), settings or GraspSettings(), coupled
+        known_object("blueberry"),
+        "front",
+        FINGER,
+        grip_lever(FINGER, 70.0),
+        settings or GraspSettings(),
+        coupled,
     )
 
 
@@ -65,7 +72,8 @@ def test_whole_course_in_order() -> None:
     assert springs.requests == ["place", "release", "lift", "shake", "lower"]
     assert protocol.outcome.reason == "complete"
     assert protocol.outcome.gripped
-    assert springs.pulses[0] == (-1, -1) and springs.pulses[-1] == (-1, -1)
+    assert springs.pulses[0] == (-1, -1)
+    assert springs.pulses[-1] == (-1, -1)
 
 
 def test_fingers_open_wide_enough_for_the_object() -> None:

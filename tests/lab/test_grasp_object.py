@@ -12,7 +12,13 @@ BOUNDS = {"contact_force_n": 1.0}
 
 def box(**changes: object) -> GraspObject:
     """A box of 20 x 15 x 10 mm with other keys."""
-    keys = {"name": "box", "shape": "box", "size_mm": (20.0, 15.0, 10.0), "modulus_kpa": 30.0, "damage": BOUNDS}
+    keys = {
+        "name": "box",
+        "shape": "box",
+        "size_mm": (20.0, 15.0, 10.0),
+        "modulus_kpa": 30.0,
+        "damage": BOUNDS,
+    }
     return GraspObject.model_validate(keys | changes)
 
 

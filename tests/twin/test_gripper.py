@@ -1,4 +1,5 @@
-"""The gripper's scene: statics of finger and object against closed forms and the reduced finger without a simulator."""
+"""The gripper's scene: statics of finger and object against closed forms and the reduced finger without a
+simulator."""
 
 import mujoco
 import numpy as np
@@ -18,7 +19,9 @@ FINGER = reference_file().to_finger()
 TOFU, BERRY = known_object("tofu"), known_object("blueberry")
 
 
-def gripper_of(what: GraspObject, pose: Pose = "front", friction: float = 0.5, gravity: bool = True) -> Gripper:
+def gripper_of(
+    what: GraspObject, pose: Pose = "front", friction: float = 0.5, gravity: bool = True
+) -> Gripper:
     """A gripper of two reference fingers about an object."""
     parts = SceneParts((FINGER, FINGER), GripperMake(), HeldObject(what, pose, friction))
     return Gripper(parts, gravity=gravity)
@@ -68,7 +71,8 @@ def test_grip_at_rest_is_in_equilibrium_with_the_reduced_finger() -> None:
 def test_grip_grows_with_volume_and_theta2_changes_its_sign() -> None:
     first, second, third = grip_states(TOFU, "front", [-0.1, 0.1, 0.4])
     assert first.normal_force_n < second.normal_force_n < third.normal_force_n
-    assert first.theta1_deg < 0 and first.theta2_deg < 0 < third.theta2_deg
+    assert first.theta1_deg < 0
+    assert first.theta2_deg < 0 < third.theta2_deg
 
 
 def test_contact_gives_way_as_wall_and_object_in_series() -> None:
@@ -104,7 +108,8 @@ def test_pressures_alone_bend_it_as_the_reduced_finger() -> None:
 
 @pytest.mark.parametrize(("share", "held"), [(1.5, True), (0.3, False)])
 def test_friction_decides_between_hold_and_fall(share: float, held: bool) -> None:
-    """An object slips where friction is below W / (2 N), and does not above it; share : friction over that."""
+    """An object slips where friction is below W / (2 N), and does not above it; share : friction over
+    that."""
     gripper = gripper_of(BERRY)
     gripper.place((0.0, 0.0, 70.0))
     stand(gripper, (20e-3, -20e-3), 1.0)

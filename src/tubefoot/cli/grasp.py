@@ -21,7 +21,9 @@ def grasp(
     what: Annotated[str, Parameter(help="tofu, blueberry, or the TOML file of an object")],
     /,
     *,
-    pose: Annotated[Literal["front", "side"], Parameter(help="which width lies between the fingers")] = "front",
+    pose: Annotated[
+        Literal["front", "side"], Parameter(help="which width lies between the fingers")
+    ] = "front",
     sim: Annotated[bool, Parameter(help="the virtual gripper instead of ports", negative="")] = False,
     seed: Annotated[int, Parameter(help="of what is random on the virtual gripper")] = 0,
     settings: Annotated[Path | None, Parameter(help="TOML: pulses, contact, grip, test")] = None,
@@ -59,7 +61,8 @@ def grasp(
 ) -> None:
     """Grasp an object gently: open, place, close to first contact, grip, hold, lift, shake, let go.
 
-    Writes grasp.csv (one row a frame), strip.png, angles.png, forces.png, grasp.avi, summary.json, bench.mcap, run.toml.
+    Writes grasp.csv (one row a frame), strip.png, angles.png, forces.png, grasp.avi, summary.json,
+    bench.mcap, run.toml.
 
     Example: tubefoot grasp blueberry --pose front --sim --quick
     """
@@ -83,13 +86,15 @@ def grasp(
         return
     virtual = None
     if sim:
-        virtual = _virtual(seed, bench, population, gripper, friction or thing.friction, error_mm, quick, chosen)
+        virtual = _virtual(
+            seed, bench, population, gripper, friction or thing.friction, error_mm, quick, chosen
+        )
     elif not camera or len(camera) != 2:
         raise ConfigError(
             "--camera is needed twice: the camera.toml of the right and of the left finger, from `tubefoot "
             "calibrate-camera`; or use --sim"
         )
-    ports = port or [None]
+    ports: list[str | None] = [*port] if port else [None]
     if len(ports) > 2:
         raise ConfigError(f"{len(ports)} ports: give one for each finger, or one for both through a splitter")
     rigs = [rig_settings(rig_file, one) for one in ports]
@@ -98,10 +103,16 @@ def grasp(
     protocol = GraspProtocol(thing, pose, finger, grip_lever(finger, chosen.height_mm), chosen, coupled)
     if not protocol.goal.within_bounds:
         print(
-            f"note: a grip of {protocol.goal.force:.3f} N is wanted against slip, but {thing.name} bears no more "
+            f"note: a grip of {protocol.goal.force:.3f} N is wanted against slip, but {thing.name} bears "
+            "no more "
             f"than {protocol.goal.most:.3f} N with the wanted margin"
         )
-    run = Run(out, "grasp", _resolved(thing.model_dump(mode="json"), pose, chosen, rigs, virtual), seed=seed if sim else None)
+    run = Run(
+        out,
+        "grasp",
+        _resolved(thing.model_dump(mode="json"), pose, chosen, rigs, virtual),
+        seed=seed if sim else None,
+    )
     count = 1 if coupled else 2
     recordings = _recordings(run.directory, count)
     stage: AbstractContextManager[GraspStage]
@@ -146,7 +157,8 @@ def _virtual(
     make = load_settings(gripper, GripperMake) if gripper else GripperMake(finger_gap_mm=settings.gap_mm)
     if make.finger_gap_mm != settings.gap_mm:
         raise ConfigError(
-            f"the virtual gripper's finger_gap_mm is {make.finger_gap_mm:g}, but gap_mm of the grasp settings is "
+            f"the virtual gripper's finger_gap_mm is {make.finger_gap_mm:g}, but gap_mm of the grasp "
+            "settings is "
             f"{settings.gap_mm:g}; make them equal"
         )
     if not 0.0 < friction <= 3.0:

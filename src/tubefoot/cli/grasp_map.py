@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,12 +85,18 @@ def map_summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
     """
     summary: dict[str, Any] = {}
     for pose in ("front", "side"):
-        course = [row for row in rows if row["pose"] == pose and row["size"] == 1.0 and row["height_mm"] == 70.0]
+        course = [
+            row for row in rows if row["pose"] == pose and row["size"] == 1.0 and row["height_mm"] == 70.0
+        ]
         volume, force = _crossing(course)
         summary[f"theta2_zero_{pose}_volume_ml"] = volume
         summary[f"theta2_zero_{pose}_force_n"] = force
     touched = [row for row in rows if row["normal_force_n"] > 1e-3]
-    for name, low, high in (("below_0.03_n", 0.0, 0.03), ("0.03_to_0.06_n", 0.03, 0.06), ("above_0.06_n", 0.06, 9.0)):
+    for name, low, high in (
+        ("below_0.03_n", 0.0, 0.03),
+        ("0.03_to_0.06_n", 0.03, 0.06),
+        ("above_0.06_n", 0.06, 9.0),
+    ):
         there = [row for row in touched if low <= row["normal_force_n"] < high]
         right = sum(row["kind"] == row["expected"] for row in there)
         summary[f"named_rightly_{name}"] = f"{right} of {len(there)}"
@@ -98,11 +105,13 @@ def map_summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 
 def _crossing(course: list[dict[str, Any]]) -> tuple[float, float]:
     """Volume and force at which theta2 changes its sign; nan where it does not."""
-    for before, after in zip(course, course[1:], strict=False):
+    for before, after in pairwise(course):
         low, high = before["theta2_deg"], after["theta2_deg"]
         if low < 0 <= high:
             share = -low / (high - low)
-            return tuple(  # type: ignore[return-value]
-                before[key] + share * (after[key] - before[key]) for key in ("pumped_volume_ml", "normal_force_n")
+            volume, force = (
+                float(before[key] + share * (after[key] - before[key]))
+                for key in ("pumped_volume_ml", "normal_force_n")
             )
+            return volume, force
     return math.nan, math.nan

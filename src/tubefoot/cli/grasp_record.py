@@ -64,7 +64,9 @@ class Spectator:
         if self._video is None:
             height, width = picture.shape[:2]
             code = cv2.VideoWriter_fourcc(*"MJPG")  # type: ignore[attr-defined]
-            self._video = cv2.VideoWriter(str(self._directory / "grasp.avi"), code, 1 / VIDEO_S, (width, height))
+            self._video = cv2.VideoWriter(
+                str(self._directory / "grasp.avi"), code, 1 / VIDEO_S, (width, height)
+            )
         self._video.write(picture)
 
     def _keep(self, phase: str, picture: NDArray[np.uint8]) -> None:
@@ -140,8 +142,8 @@ def grasp_summary(
     thing, pose : what was grasped; protocol : that has ended; loop : with its trace
     verdict : what the hands say; seed : None on the real bench
 
-    Angles are means over the last second of the hold and over both fingers; `*_contact` the same when contact was
-    sure. Forces that nobody measured are the protocol's estimates.
+    Angles are means over the last second of the hold and over both fingers; `*_contact` the same when contact
+    was sure. Forces that nobody measured are the protocol's estimates.
     """
     from tubefoot.control.contact_type import classify_contact
     from tubefoot.control.damage import damage_of
@@ -199,14 +201,15 @@ def verdict_sentence(summary: Mapping[str, Any]) -> str:
     moved = "slip not measured" if slip is None else f"slip {slip:.2f} mm"
     margin = summary["damage_margin"]
     bound = "within" if margin >= 1 else "BEYOND"
-    return f"verdict: held, {moved}, {bound} the damage bounds (bound over load {margin:.1f}, {summary['nearest_bound']})"
+    nearest = f"bound over load {margin:.1f}, {summary['nearest_bound']}"
+    return f"verdict: held, {moved}, {bound} the damage bounds ({nearest})"
 
 
 def _contact_rows(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     """Rows of the pause in which contact of both fingers became sure."""
     for index, row in enumerate(rows):
         if row["touching_right"] and row["touching_left"]:
-            return [one for one in rows[max(0, index - 8) : index + 1]]
+            return list(rows[max(0, index - 8) : index + 1])
     return []
 
 

@@ -106,7 +106,8 @@ def virtual_grasp(
         angles: list[AngleSource] = list(bench.angles)
         if not virtual.quick:
             angles = [
-                TrackedAngles(camera, FingerTracker(bench.calibration, bench.layout)) for camera in bench.cameras
+                TrackedAngles(camera, FingerTracker(bench.calibration, bench.layout))
+                for camera in bench.cameras
             ]
         for source in angles:
             source.open()

@@ -1,12 +1,13 @@
 """Planar or curved contact from the two angles, by the paper's rule, with a confidence.
 
-Planar: theta1 and theta2 of one sign, or theta2 near zero, |theta1| >> |theta2|. Curved: opposite signs, an inflexion.
-In between lies no gap: with the share s = theta2 / theta1, curved is s < -LEAST_SHARE, planar is -LEAST_SHARE <= s <=
-MOST_SHARE, and above that the finger bends evenly, as it does without an object. The confidence is the probability
-of the region under the angles' normal errors, s being near normal for |theta1| well above its error.
+Planar: theta1 and theta2 of one sign, or theta2 near zero, |theta1| >> |theta2|. Curved: opposite signs, an
+inflexion. In between lies no gap: with the share s = theta2 / theta1, curved is s < -LEAST_SHARE, planar is
+-LEAST_SHARE <= s <= MOST_SHARE, and above that the finger bends evenly, as it does without an object. The
+confidence is the probability of the region under the angles' normal errors, s being near normal for |theta1|
+well above its error.
 
-The rule belongs to a gentle grip: for every shape theta2 grows inward with each pulse and changes its sign. So the
-answer holds for the grip level at which it was taken; `tubefoot grasp --map` shows how far.
+The rule belongs to a gentle grip: for every shape theta2 grows inward with each pulse and changes its sign.
+So the answer holds for the grip level at which it was taken; `tubefoot grasp --map` shows how far.
 """
 
 from __future__ import annotations

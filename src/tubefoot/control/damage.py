@@ -1,15 +1,16 @@
 """Whether a grip damages the object: what it does to it against what it is known to bear.
 
-Of the whole object, with the force F of one finger: the stress across it, F over its face; its shortening, F over
-its firmness; F itself. Where a crest touches, Hertz's laws with the plane moduli E / (1 - nu^2) of both in series
-(K. L. Johnson, Contact Mechanics, 1985, chapter 4):
+Of the whole object, with the force F of one finger: the stress across it, F over its face; its shortening, F
+over its firmness; F itself. Where a crest touches, Hertz's laws with the plane moduli E / (1 - nu^2) of both
+in series (K. L. Johnson, Contact Mechanics, 1985, chapter 4):
 
     round object   a^3 = 3 F R / (4 E*),   p = 3 F / (2 pi a^2),   tension beside it (1 - 2 nu) p / 3
     flat face      the rounded end of a crest's flat as a cylinder of radius r, load F' = F / length:
                    b^2 = 4 F' r / (pi E*),   p = 2 F' / (pi b); no tension beside it
 
-The bounds of `GraspObject.damage` are stresses of specimens that were compressed or pulled as a whole; the pressure of a
-small patch, which the bulk around it supports, is told beside them and judged by its tension alone.
+The bounds of `GraspObject.damage` are stresses of specimens that were compressed or pulled as a whole; the
+pressure of a small patch, which the bulk around it supports, is told beside them and judged by its tension
+alone.
 """
 
 from __future__ import annotations

@@ -1,15 +1,17 @@
 """First contact of a finger without a sensor for it: angles and pressures against free bending.
 
-Between two pauses of the closing phase a free finger turns alike in both halves, and by as much as its pressures
-say. An object holds the lower half back: theta1 lags behind theta2, the bend lags behind the pressures. How the free
-finger does it is learnt from the pulses before, as two ratios, so that stiffness, bubbles, creep and weight of this
-print drop out; what lags are summed (a one-sided cumulative sum), and contact is where both sums are large.
+Between two pauses of the closing phase a free finger turns alike in both halves, and by as much as its
+pressures say. An object holds the lower half back: theta1 lags behind theta2, the bend lags behind the
+pressures. How the free finger does it is learnt from the pulses before, as two ratios, so that stiffness,
+bubbles, creep and weight of this print drop out; what lags are summed (a one-sided cumulative sum), and
+contact is where both sums are large.
 
-After contact the two halves tell the force. The pressures' moment A dp bends every unit alike; the force F at the
-height z_c takes its moment F (z_c - z) from each unit below it, arms that sum to a_1 over the lower and a_2 over the
-upper half. The wall, of stiffness k, bears what is left:
+After contact the two halves tell the force. The pressures' moment A dp bends every unit alike; the force F at
+the height z_c takes its moment F (z_c - z) from each unit below it, arms that sum to a_1 over the lower and
+a_2 over the upper half. The wall, of stiffness k, bears what is left:
 
-    theta2 - theta1 = F (a_1 - a_2) / k,   free: bend = n A dp / k = g dp,   so   F = n A / g (theta2 - theta1) / (a_1 - a_2)
+    theta2 - theta1 = F (a_1 - a_2) / k,     free: bend = n A dp / k = g dp
+    F = n A / g (theta2 - theta1) / (a_1 - a_2)
 
 counted from the last free pause. The stiffness of this print, and how far it has relaxed, are in g, which was
 measured; A is geometry, from the reduced finger.
@@ -27,7 +29,8 @@ from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.units import DEG, KPA
 
 RATIO_PRIOR, RATIO_WEIGHT = 1.0, 1.0 * DEG
-"""Turn of the lower over the upper half of a free finger before any is seen, and its weight as a turn [rad]."""
+"""Turn of the lower over the upper half of a free finger before any is seen, and its weight as a turn
+[rad]."""
 RATIO_RANGE = (0.5, 2.5)
 LEAST_TURN, LEAST_PRESSURE = 0.15 * DEG, 0.5 * KPA
 """Changes below which a pulse teaches nothing [rad, MPa]."""
@@ -116,7 +119,8 @@ class ContactSense:
         return self.touching
 
     def force(self, pause: Pause) -> float:
-        """Estimated contact force [N], never negative; 0 before contact, nan where free bending was not learnt.
+        """Estimated contact force [N], never negative; 0 before contact, nan where free bending was not
+        learnt.
 
         pause : the newest
         """

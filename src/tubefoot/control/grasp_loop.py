@@ -1,7 +1,7 @@
 """The loop of a grasp: angles and pressures in, the protocol's decision, pulses and hands out.
 
-Works on one rig for both fingers or one for each, real or virtual, and on two sources of angles. Whatever ends it, the
-pumps stand and the reason is in the record.
+Works on one rig for both fingers or one for each, real or virtual, and on two sources of angles. Whatever
+ends it, the pumps stand and the reason is in the record.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ from tubefoot.vision.finger import FingerReading
 
 SIDES = ("right", "left")
 SENSES = (1.0, -1.0)
-"""Inward over the angle in the picture: the right finger bends inward to the left, the left one to the right."""
+"""Inward over the angle in the picture: the right finger bends inward to the left, the left one to the
+right."""
 
 
 PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
@@ -37,7 +38,8 @@ RELAX_KPA = 4.0
 
 
 class Hands(Protocol):
-    """What is done to object and gripper by hand, or by a robot; each call gives the time it will still take [s]."""
+    """What is done to object and gripper by hand, or by a robot; each call gives the time it will still take
+    [s]."""
 
     def place(self) -> float:
         """Hold the object between the fingers."""
@@ -122,7 +124,8 @@ class GraspLoop:
 
         protocol : that was carried out; first_touch : on the rigs' clock [s]
 
-        Negative where contact was reported before any touch; None where a finger never touched or was never heard.
+        Negative where contact was reported before any touch; None where a finger never touched or was never
+        heard.
         """
         found: list[int | None] = []
         for side, touch in enumerate(first_touch):
@@ -149,7 +152,9 @@ class GraspLoop:
         view = self._view(samples, now)
         blind = [side for side, finger in zip(SIDES, view.fingers, strict=True) if now - finger.seen_at > 0.5]
         if blind and now - min(finger.seen_at for finger in view.fingers) > protocol.settings.patience_s:
-            raise LinkError(f"the {blind[0]} finger's markers were not seen for {protocol.settings.patience_s:g} s")
+            raise LinkError(
+                f"the {blind[0]} finger's markers were not seen for {protocol.settings.patience_s:g} s"
+            )
         decision = Decision() if blind else self._decision(protocol, view, now)
         self._obey(decision, samples, guards, protocol, now)
         row = self._row(view, samples, protocol, decision, now)
@@ -187,7 +192,11 @@ class GraspLoop:
         if reading is None:
             return FingerView(-math.inf, math.nan, math.nan, math.nan, (right, left))
         return FingerView(
-            reading.time_s, sense * reading.bend, sense * reading.theta1, sense * reading.theta2, (right, left)
+            reading.time_s,
+            sense * reading.bend,
+            sense * reading.theta1,
+            sense * reading.theta2,
+            (right, left),
         )
 
     def _clear_pressure_faults(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
@@ -230,7 +239,10 @@ class GraspLoop:
                 self._wait_for_pressure(decision, guard.describe((right, left)), protocol, now)
                 return
         self._waiting, self._held_back = None, 0.0
-        lasting = min(self._bearable(number, samples[number], decision.duration, protocol) for number in range(len(samples)))
+        lasting = min(
+            self._bearable(number, samples[number], decision.duration, protocol)
+            for number in range(len(samples))
+        )
         for number, (rig, direction) in enumerate(zip(self._rigs, directions, strict=True)):
             if direction:
                 rig.pulse(direction, protocol.settings.pulses.duty, lasting)
@@ -256,7 +268,8 @@ class GraspLoop:
         return (right or left,)
 
     def _bearable(self, number: int, sample: Reading, duration: float, protocol: GraspProtocol) -> float:
-        """A pulse's duration [s], shortened where the pressure would pass the guard's limit as it rose in the last."""
+        """A pulse's duration [s], shortened where the pressure would pass the guard's limit as it rose in the
+        last."""
         room = self._rigs[number].limits.pressure_high - protocol.settings.margin_kpa * KPA - _highest(sample)
         if self._rise[number] * duration <= room:
             return duration
@@ -277,7 +290,9 @@ class GraspLoop:
         self._held_back = self._held_back or now
         if now - self._held_back > protocol.settings.patience_s:
             self._waiting = None
-            protocol.give_up(f"held back by the pressure limit for {protocol.settings.patience_s:g} s: {limit}")
+            protocol.give_up(
+                f"held back by the pressure limit for {protocol.settings.patience_s:g} s: {limit}"
+            )
 
     # ---- the record ----------------------------------------------------------------------------------------
 

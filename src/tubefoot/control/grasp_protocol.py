@@ -1,11 +1,11 @@
 """The protocol of a grasp as a state machine: what it sees in, pulses and requests to the hands out.
 
-    open: outward pulses -> place -> close: inward pulses until contact is sure -> grip: inward pulses until the grip is
-    firm -> release -> settle -> hold -> lift -> shake -> lower -> let go: outward pulses -> done
+    open: outward pulses -> place -> close: inward pulses until contact is sure -> grip: inward pulses until
+    the grip is firm -> release -> settle -> hold -> lift -> shake -> lower -> let go: outward pulses -> done
 
-Each pulse is followed by a pause, and only pauses are judged. With a pump for each finger the finger that touches
-first waits for the other one. Angles are inward positive, pulses inward are +1. Nothing here knows a rig, a camera or
-a simulator: `grasp_loop` does.
+Each pulse is followed by a pause, and only pauses are judged. With a pump for each finger the finger that
+touches first waits for the other one. Angles are inward positive, pulses inward are +1. Nothing here knows a
+rig, a camera or a simulator: `grasp_loop` does.
 """
 
 from __future__ import annotations
@@ -117,7 +117,8 @@ class GraspProtocol:
         """Set it up.
 
         what : the object; pose : front or side; finger : the reduced finger, for its geometry
-        lever : of a contact at the object's height; settings : of the grasp; coupled : one pump for both fingers
+        lever : of a contact at the object's height; settings : of the grasp; coupled : one pump for both
+            fingers
         """
         self.settings = settings or GraspSettings()
         self.phase: Phase = "open"
@@ -206,7 +207,9 @@ class GraspProtocol:
                 )
                 return WAIT
             return self._ask("place")
-        which = (-1, -1) if wanted is not None or self._coupled or not self._count else (-narrow[0], -narrow[1])
+        which = (
+            (-1, -1) if wanted is not None or self._coupled or not self._count else (-narrow[0], -narrow[1])
+        )
         self.outcome.outward_pulses += 1
         return self._pulse((int(which[0]), int(which[1])), pulses.outward_s)
 
@@ -220,7 +223,9 @@ class GraspProtocol:
         if all(self.touching):
             return self._contact_sure(pauses)
         if self._count >= pulses.inward_max or self._met(pauses):
-            self.give_up(f"no contact of both fingers in {self._count} inward pulses; nothing to grasp there?")
+            self.give_up(
+                f"no contact of both fingers in {self._count} inward pulses; nothing to grasp there?"
+            )
             return WAIT
         self.outcome.inward_pulses += 1
         which = (1, 1) if self._coupled else tuple(int(not touching) for touching in self.touching)

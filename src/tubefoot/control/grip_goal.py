@@ -1,7 +1,7 @@
 """How firm a grip must be, and how firm it may be.
 
-Two fingers bear a weight W by friction when each presses with W / (2 mu). The object bears no more than the least of
-its bounds turned into a force of one finger.
+Two fingers bear a weight W by friction when each presses with W / (2 mu). The object bears no more than the
+least of its bounds turned into a force of one finger.
 """
 
 from __future__ import annotations
@@ -50,7 +50,8 @@ def bearable_forces(what: GraspObject, pose: Pose) -> dict[str, float | None]:
     width = what.sizes(pose)[0]
     return {
         "contact_force": damage.contact_force_n,
-        "compression_share": damage.compression_share and damage.compression_share * width * what.firmness(pose),
+        "compression_share": damage.compression_share
+        and damage.compression_share * width * what.firmness(pose),
         "compression": damage.compression_kpa and damage.compression_kpa * KPA * what.face_area(pose),
     }
 

@@ -2,7 +2,8 @@
 
 An object's file is what a person knows of it before the grasp; the bench weighs its grip by it, the virtual
 bench builds it. Sizes are given as it stands in the front pose: x between the fingers, y into the picture,
-z up. In the side pose it is turned by 90 deg about `side_axis`, so that another width lies between the fingers.
+z up. In the side pose it is turned by 90 deg about `side_axis`, so that another width lies between the
+fingers.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ class DamageBounds(Settings):
         bounds = (self.contact_force_n, self.compression_share, self.compression_kpa, self.tension_kpa)
         if all(bound is None for bound in bounds):
             raise ValueError(
-                "give at least one damage bound: contact_force_n, compression_share, compression_kpa, tension_kpa"
+                "give at least one damage bound: contact_force_n, compression_share, compression_kpa, "
+                "tension_kpa"
             )
         return self
 

@@ -24,8 +24,12 @@ def draw_map(directory: Path) -> Picture:
         canvas, panels = pyplot.subplots(1, 3, figsize=(10.0, 3.4), layout="constrained")
         for number, case in enumerate(cases):
             for pose, line in zip(POSES, ("-", "--"), strict=True):
-                course = [row for row in rows if (row["size"], row["height_mm"], row["pose"]) == (*case, pose)]
-                _draw_course(panels, course, COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)], line)
+                course = [
+                    row for row in rows if (row["size"], row["height_mm"], row["pose"]) == (*case, pose)
+                ]
+                _draw_course(
+                    panels, course, COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)], line
+                )
         for number, (size, height) in enumerate(cases):
             colour, mark = COLOURS[number % len(COLOURS)], MARKERS[number % len(MARKERS)]
             panels[2].plot([], [], mark, color=colour, label=f"size {size:g}, height {height:g} mm")
@@ -40,8 +44,10 @@ def draw_map(directory: Path) -> Picture:
         png, svg = save(canvas, directory, "map", vector=True)
     name = rows[0]["object"]
     caption = (
-        f"{name}: both angles of grips at rest over the normal force, front (full) and side (dashed), for sizes and "
-        "heights of the object. theta1 says how wide the object is, theta2 how firm the grip; its sign changes."
+        f"{name}: both angles of grips at rest over the normal force, front (full) and side (dashed), for "
+        "sizes and "
+        "heights of the object. theta1 says how wide the object is, theta2 how firm the grip; its sign "
+        "changes."
     )
     return Picture("grasp-map", "Two angles over grip level, size and place", caption, png, svg)
 

@@ -1,5 +1,5 @@
-"""Figures of a grasp from its `grasp.csv`: angles over time as in the paper's Fig. 5, the plane of the two angles,
-forces and pressures, and a strip of the pictures of its phases.
+"""Figures of a grasp from its `grasp.csv`: angles over time as in the paper's Fig. 5, the plane of the two
+angles, forces and pressures, and a strip of the pictures of its phases.
 """
 
 from __future__ import annotations
@@ -35,7 +35,11 @@ def draw_grasp(directory: Path) -> list[Picture]:
     rows = read_table(directory / "grasp.csv")
     summary = read_json(directory / "summary.json") or {}
     name = f"{summary.get('object', '')}, {summary.get('pose', '')}"
-    found = [_angles(directory, rows, name), _plane(directory, rows, summary, name), _forces(directory, rows, summary, name)]
+    found = [
+        _angles(directory, rows, name),
+        _plane(directory, rows, summary, name),
+        _forces(directory, rows, summary, name),
+    ]
     strip = _strip(directory, name)
     return ([strip] if strip else []) + found
 
@@ -57,7 +61,8 @@ def _angles(directory: Path, rows: list[dict[str, Any]], name: str) -> Picture:
         axes.legend(frameon=False, ncols=2, loc="best")
         png, svg = save(canvas, directory, "angles", vector=True)
     caption = (
-        f"{name}: turn of the centreline over the lower (theta1) and the upper half (theta2) of both fingers, in the "
+        f"{name}: turn of the centreline over the lower (theta1) and the upper half (theta2) of both "
+        "fingers, in the "
         "phases of the grasp."
     )
     return Picture("grasp-angles", "Two angles during a grasp", caption, png, svg)
@@ -93,7 +98,8 @@ def _plane(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any],
         axes.legend(frameon=False, loc="lower right")
         png, svg = save(canvas, directory, "plane", vector=True)
     caption = (
-        f"{name}: the path of (theta1, theta2), mean of both fingers; square: contact sure, star: end of the hold. theta2 "
+        f"{name}: the path of (theta1, theta2), mean of both fingers; square: contact sure, star: end of "
+        "the hold. theta2 "
         "grows with every pulse: the sign belongs to a grip level, not to the shape alone."
     )
     return Picture("grasp-plane", "Plane of the two angles", caption, png, svg)
@@ -123,7 +129,8 @@ def _forces(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any]
         panels[1].set_xlabel("bench time [s]")
         png, svg = save(canvas, directory, "forces", vector=True)
     caption = (
-        f"{name}: normal force of each finger, as the protocol estimates it from angles and pressures and, on the virtual "
+        f"{name}: normal force of each finger, as the protocol estimates it from angles and pressures "
+        "and, on the virtual "
         "gripper, as it is; gauge pressures of the branches."
     )
     return Picture("grasp-forces", "Forces and pressures of a grasp", caption, png, svg)
@@ -156,9 +163,13 @@ def _shade(axes: Axes, rows: list[dict[str, Any]]) -> None:
         if index == len(rows) or rows[index]["phase"] != rows[start]["phase"]:
             shade = SHADES.get(rows[start]["phase"])
             if shade:
-                axes.axvspan(rows[start]["time_s"], rows[index - 1]["time_s"], color=shade, linewidth=0, zorder=0)
+                axes.axvspan(
+                    rows[start]["time_s"], rows[index - 1]["time_s"], color=shade, linewidth=0, zorder=0
+                )
             start = index
 
 
 def _column(rows: list[dict[str, Any]], name: str) -> FloatArray:
-    return np.array([row[name] if isinstance(row[name], float | int) else np.nan for row in rows], dtype=float)
+    return np.array(
+        [row[name] if isinstance(row[name], float | int) else np.nan for row in rows], dtype=float
+    )

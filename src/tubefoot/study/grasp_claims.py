@@ -1,7 +1,7 @@
 """The paper's claims about grasping, judged on the records of `grasp` runs (C13, C14, C15).
 
-Angles are those at the end of the hold, means of both fingers; those when contact was sure are told beside them, as
-theta2 moves by some degrees with every pulse and its sign belongs to a grip level.
+Angles are those at the end of the hold, means of both fingers; those when contact was sure are told beside
+them, as theta2 moves by some degrees with every pulse and its sign belongs to a grip level.
 """
 
 from __future__ import annotations
@@ -65,9 +65,11 @@ def judge_planar(front: GraspRecord, side: GraspRecord) -> Claim:
     parts.append(abs(side2 - front2) <= LITTLE * abs(side1 - front1))
     return Claim(
         "C13",
-        "Tofu cubes: theta1 and theta2 of the same sign, |theta1| >> |theta2|; side grasp lowers theta1, theta2 "
+        "Tofu cubes: theta1 and theta2 of the same sign, |theta1| >> |theta2|; side grasp lowers theta1, "
+        "theta2 "
         "changes little",
-        f"at the end of the hold, in both poses: one sign, |theta1| at least {FAR_LARGER:g} |theta2|; |theta1| smaller "
+        f"at the end of the hold, in both poses: one sign, |theta1| at least {FAR_LARGER:g} |theta2|; "
+        "|theta1| smaller "
         f"in the side grasp, where theta2 differs by at most {LITTLE:g} of what theta1 does",
         _verdict(parts, (front1, front2, side1, side2)),
         _numbers(front, side),
@@ -89,8 +91,10 @@ def judge_curved(front: GraspRecord, side: GraspRecord) -> Claim:
     ]
     return Claim(
         "C14",
-        "Blueberries: opposite signs, an inflexion; frontal contact raises |theta2| and theta1 against side contact",
-        "at the end of the hold: opposite signs in both poses; |theta1| and |theta2| larger in the front grasp",
+        "Blueberries: opposite signs, an inflexion; frontal contact raises |theta2| and theta1 against "
+        "side contact",
+        "at the end of the hold: opposite signs in both poses; |theta1| and |theta2| larger in the front "
+        "grasp",
         _verdict(parts, (front1, front2, side1, side2)),
         _numbers(front, side),
         "grasp-plane",
@@ -115,12 +119,18 @@ def judge_gentleness(runs: Mapping[str, GraspRecord]) -> Claim:
             f"compression_{name}_kpa": found.get("compression_kpa") or math.nan,
             f"peak_force_{name}_n": found.get("peak_force_n") or math.nan,
         }
-        parts += [bool(found["held"]), slip is not None and slip <= SLIP_MM, margin is not None and margin >= 1.0]
+        parts += [
+            bool(found["held"]),
+            slip is not None and slip <= SLIP_MM,
+            margin is not None and margin >= 1.0,
+        ]
     return Claim(
         "C15",
         "Tofu and blueberries are held without damage or slip",
-        f"held through hold, lift and shaking; slip at most {SLIP_MM:g} mm; force, stress across the object, shortening "
-        "and tension within the bounds of its file. Bounds are stresses and forces known to be borne, not strengths; the "
+        f"held through hold, lift and shaking; slip at most {SLIP_MM:g} mm; force, stress across the "
+        "object, shortening "
+        "and tension within the bounds of its file. Bounds are stresses and forces known to be borne, "
+        "not strengths; the "
         "peak pressure of the small patches is told, not judged",
         verdict_of(parts),
         numbers,

@@ -1,7 +1,7 @@
 """A grip at rest: both fingers hold an exact pumped volume, no weight, no relaxation, no friction.
 
-What finite elements of the grasp can be compared with: fluid without air is exchanged exactly, the object is held
-in its place. The scene is moved from state to state and left to come to rest.
+What finite elements of the grasp can be compared with: fluid without air is exchanged exactly, the object is
+held in its place. The scene is moved from state to state and left to come to rest.
 """
 
 from __future__ import annotations
@@ -68,7 +68,8 @@ def grip_states(
     """The states at pumped volumes, in their order.
 
     what : the object; pose : front or side; pumped_ml : of each finger, inward positive [ml]
-    height_mm : of the object's middle; make : of the gripper; finger : both; the reference finger if not given
+    height_mm : of the object's middle; make : of the gripper; finger : both; the reference finger if not
+        given
 
     Raises ConvergenceError when the chambers cannot hold a volume.
     """

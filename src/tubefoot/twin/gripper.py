@@ -1,8 +1,8 @@
 """Two fingers and an object in one scene, stepped together.
 
-Each finger answers to its own fluid (`FingerResponse`). When both have been told their pressures for a step the
-scene moves: `advance` of the second finger moves it. Lengths of steps must agree; `gripper_plant` sees to that.
-MPa, mm^3, s, mm outside; the scene is in SI units.
+Each finger answers to its own fluid (`FingerResponse`). When both have been told their pressures for a step
+the scene moves: `advance` of the second finger moves it. Lengths of steps must agree; `gripper_plant` sees to
+that. MPa, mm^3, s, mm outside; the scene is in SI units.
 """
 
 from __future__ import annotations
@@ -231,7 +231,8 @@ class Gripper:
     # ---- time ----------------------------------------------------------------------------------------------
 
     def divide(self, duration: float) -> int:
-        """Number of the scene's steps that make a step of the fluid; prepares anew where their length changes.
+        """Number of the scene's steps that make a step of the fluid; prepares anew where their length
+        changes.
 
         duration : of the fluid's step [s]
         """
@@ -275,9 +276,7 @@ class Gripper:
                 self.first_touch[side] = self.time
 
 
-def gripper_parts(
-    finger: ReducedFinger, make: GripperMake, held: HeldObject | None
-) -> SceneParts:
+def gripper_parts(finger: ReducedFinger, make: GripperMake, held: HeldObject | None) -> SceneParts:
     """Parts of a gripper with two equal fingers.
 
     finger : both; make : of the gripper; held : the object

@@ -1,8 +1,9 @@
 """The virtual bench of a gripper: two fingers, one or two pumps with their boards, two cameras, one clock.
 
-With two pumps each finger has a bench of its own, and the boards step side by side; with one, a splitter joins both
-fingers' chambers to it. The cameras look at one finger each. What a finger's camera sees is its angle in the picture,
-positive to the left: inward for the right finger, outward for the left one. `truth` is for tests and reports.
+With two pumps each finger has a bench of its own, and the boards step side by side; with one, a splitter
+joins both fingers' chambers to it. The cameras look at one finger each. What a finger's camera sees is its
+angle in the picture, positive to the left: inward for the right finger, outward for the left one. `truth` is
+for tests and reports.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ from tubefoot.twin.bench_camera import Deliveries, RenderedCamera, TrueAngles
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.twin.bent_axis import BentAxis
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
+from tubefoot.twin.finger_response import FingerResponse
 from tubefoot.twin.frame_drawer import FrameDrawer
 from tubefoot.twin.gripper import Gripper, PairedFinger
 from tubefoot.twin.gripper_plant import Pace, PacedPlant
@@ -101,7 +103,9 @@ class GripperBench:
         right, left = self.gripper.fingers
         streams = np.random.default_rng([seed, 2]).spawn(4)
         pace = Pace(self.make.pumps)
-        responses = (right, left) if self.make.pumps == 2 else (PairedFinger(right, left),)
+        responses: tuple[FingerResponse, ...] = (right, left)
+        if self.make.pumps == 1:
+            responses = (PairedFinger(right, left),)
         makes = self.settings if self.make.pumps == 2 else (_joined(self.settings[0]),)
         self.plants = tuple(
             PacedPlant(made, 2 * seed + number, response, pace)
@@ -109,13 +113,16 @@ class GripperBench:
         )
         tandem: list[TandemPort] = []
         self._boards = [
-            SimulatedBoard(plant, PipedProcessor() if board == "simavr" else NativeCore()) for plant in self.plants
+            SimulatedBoard(plant, PipedProcessor() if board == "simavr" else NativeCore())
+            for plant in self.plants
         ]
         for side, one in zip(SIDES, self._boards, strict=False):
             TandemPort(one, f"simulated board, {side}", tandem)
         self.ports = tuple(tandem)
         self.rigs = tuple(BoardRig(port, rig_settings or RigSettings()) for port in tandem)
-        self._shapes: deque[tuple[float, FloatArray, FloatArray]] = deque(maxlen=round(KEPT_S / SEEN_S))
+        self._shapes: deque[tuple[float, tuple[FloatArray, FloatArray]]] = deque(
+            maxlen=round(KEPT_S / SEEN_S)
+        )
         self._seen_due = 0.0
         self.on_step: Callable[[float], None] = lambda time: None
         tandem[-1].on_step = self._look
@@ -162,7 +169,7 @@ class GripperBench:
         if time >= self._seen_due:
             self._seen_due = time + SEEN_S - 1e-9
             right, left = self.gripper.fingers
-            self._shapes.append((time, SENSES[0] * right.unit_angles, SENSES[1] * left.unit_angles))
+            self._shapes.append((time, (SENSES[0] * right.unit_angles, SENSES[1] * left.unit_angles)))
         self.on_step(time)
 
     def _axis_at(self, number: int, time: float) -> BentAxis:
@@ -172,10 +179,10 @@ class GripperBench:
             for earlier in reversed(self._shapes):
                 if earlier[0] <= time:
                     share = (time - earlier[0]) / max(later[0] - earlier[0], 1e-9)
-                    before, after = earlier[1 + number], later[1 + number]
+                    before, after = earlier[1][number], later[1][number]
                     return BentAxis(self.layout, before + share * (after - before))
                 later = earlier
-        return BentAxis(self.layout, later[1 + number])
+        return BentAxis(self.layout, later[1][number])
 
     def _rendered(self, number: int, stream: np.random.Generator) -> RenderedCamera:
         camera = self.settings[number].camera
@@ -217,7 +224,8 @@ def _gripper(settings: tuple[BenchSettings, BenchSettings], make: GripperMake, h
 
 
 def _joined(settings: BenchSettings) -> BenchSettings:
-    """Settings of one bench that feeds two fingers: twice the chambers' bubbles, half the tube's resistance."""
+    """Settings of one bench that feeds two fingers: twice the chambers' bubbles, half the tube's
+    resistance."""
     finger, branches = settings.finger, settings.branches
     doubled = {
         "bubble_right_ml": 2 * finger.bubble_right_ml,

@@ -1,7 +1,9 @@
-"""Simulated hands of a grasp: they place and release the object, carry the gripper up, shake it, and set it down.
+"""Simulated hands of a grasp: they place and release the object, carry the gripper up, shake it, and set it
+down.
 
-The base does not move in the scene; what is carried with it feels the opposite acceleration beside its weight. A lift
-follows the smoothest course (least jerk): s = h (10 r^3 - 15 r^4 + 6 r^5) with r the share of its time.
+The base does not move in the scene; what is carried with it feels the opposite acceleration beside its
+weight. A lift follows the smoothest course (least jerk): s = h (10 r^3 - 15 r^4 + 6 r^5) with r the share of
+its time.
 """
 
 from __future__ import annotations
@@ -146,7 +148,8 @@ class SimulatedHands:
 
 
 class SlipGauge:
-    """How far the object has moved on the fingers: two points that touched, one of each body, and their distance.
+    """How far the object has moved on the fingers: two points that touched, one of each body, and their
+    distance.
 
     begun : whether a distance is measured; most : largest so far [mm]
     """

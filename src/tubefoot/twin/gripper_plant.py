@@ -1,7 +1,7 @@
 """The benches of a gripper's fingers on one pace: their fluids step together, so that the scene can.
 
-A single bench lets its fluid wait while little changes. Two fingers in one scene must wait for each other: `Pace`
-says for all of them, a millisecond ahead, when the next step is due.
+A single bench lets its fluid wait while little changes. Two fingers in one scene must wait for each other:
+`Pace` says for all of them, a millisecond ahead, when the next step is due.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
 """Two fingers on one base with an object between them, as MJCF and as a compiled scene.
 
-Frame: x across the gripper, y into the picture, z up; the origin lies midway between the fingers on the outer face
-of the base caps. The right finger stands at x > 0; the left one is the same finger turned by 180 deg about z. A
-positive bend is inward for both.
+Frame: x across the gripper, y into the picture, z up; the origin lies midway between the fingers on the outer
+face of the base caps. The right finger stands at x > 0; the left one is the same finger turned by 180 deg
+about z. A positive bend is inward for both.
 
-A finger touches with the crests of its inner flank. A crest's flat is two capsules across the finger, at either end of
-the flat, each on the link it belongs to, so that it turns by half of its unit's angle on average. Each has half of the
-stiffness with which the wall of a crest gives way, in series with the object's own (`held_object`). SI units.
+A finger touches with the crests of its inner flank. A crest's flat is two capsules across the finger, at
+either end of the flat, each on the link it belongs to, so that it turns by half of its unit's angle on
+average. Each has half of the stiffness with which the wall of a crest gives way, in series with the object's
+own (`held_object`). SI units.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ IMPEDANCE = 0.9
 CONTACT_DAMPING = 1.0
 """Of the contacts, over critical."""
 SLIP_STIFFNESS, NOSLIP = 100.0, 1
-"""Friction over normal stiffness of the contacts, and sweeps that take away what slip is left: with less the object
-creeps."""
+"""Friction over normal stiffness of the contacts, and sweeps that take away what slip is left: with less the
+object creeps."""
 TORSION_MM = 1.5
 """Radius of the patch that resists twist, over friction [mm]."""
 
@@ -78,17 +79,16 @@ def compiled_scene(parts: SceneParts, gravity: bool = True) -> mujoco.MjModel:
     tilt = parts.make.tilt_deg * DEG
     pull = f"{-weight * sin(tilt):.9g} 0 {-weight * np.cos(tilt):.9g}"
     reach = (parts.fingers[0].half_width + parts.make.finger_gap_mm / 2) / METRE
+    turns = ("1 0 0 0", "0 0 0 1")
     bases = "".join(
-        f'<body name="base_{side}" pos="{way * reach:.9g} 0 0" quat="{quaternion}">'
-        f"{_crest(finger, parts.make, side, -1)}"
-        f"{finger_bodies(finger, side, lambda k, f=finger, s=side: _crest(f, parts.make, s, k))}</body>"
-        for side, way, quaternion, finger in zip(
-            SIDES, (1.0, -1.0), ("1 0 0 0", "0 0 0 1"), parts.fingers, strict=True
-        )
+        f'<body name="base_{side}" pos="{way * reach:.9g} 0 0" quat="{turn}">'
+        f"{_touching(finger, parts.make, side)}</body>"
+        for side, way, turn, finger in zip(SIDES, (1.0, -1.0), turns, parts.fingers, strict=True)
     )
     text = (
         f'<mujoco><compiler angle="radian"/><option timestep="{TIME_STEP_S:.9g}" integrator="discrete" '
-        f'jacobian="dense" cone="elliptic" impratio="{SLIP_STIFFNESS:g}" noslip_iterations="{NOSLIP}" gravity="{pull}">'
+        f'jacobian="dense" cone="elliptic" impratio="{SLIP_STIFFNESS:g}" noslip_iterations="{NOSLIP}" '
+        f'gravity="{pull}">'
         '<flag multiccd="disable"/></option>'
         f"<asset>{held.assets() if held else ''}</asset>"
         f"<worldbody>{bases}{held.bodies() if held else ''}</worldbody>"
@@ -104,6 +104,15 @@ def compiled_scene(parts: SceneParts, gravity: bool = True) -> mujoco.MjModel:
     return model
 
 
+def _touching(finger: ReducedFinger, make: GripperMake, side: str) -> str:
+    """The links of a finger with the crests that touch."""
+
+    def crest(link: int) -> str:
+        return _crest(finger, make, side, link)
+
+    return crest(-1) + finger_bodies(finger, side, crest)
+
+
 def _crest(finger: ReducedFinger, make: GripperMake, side: str, link: int) -> str:
     """The ends of crests that belong to a link: of its own unit above the hinge, of the next one below it."""
     pitch, across = finger.pitch, finger.height / 2 - EDGE_MM
@@ -114,11 +123,11 @@ def _crest(finger: ReducedFinger, make: GripperMake, side: str, link: int) -> st
     if link < finger.n_units - 1:
         above = pitch if link >= 0 else finger.cap + pitch / 2
         heights[f"{side}_{link + 1}_lower"] = above - from_middle
-    x = -(finger.half_width - EDGE_MM) / METRE
+    x, y = -(finger.half_width - EDGE_MM) / METRE, across / METRE
+    alike = f'type="capsule" size="{EDGE_MM / METRE:.6g}" mass="0" contype="0" conaffinity="0"'
     return "".join(
-        f'<geom name="{name}" type="capsule" size="{EDGE_MM / METRE:.6g}" mass="0" contype="0" conaffinity="0" '
-        f'fromto="{x:.6g} {-across / METRE:.6g} {z / METRE:.6g} {x:.6g} {across / METRE:.6g} {z / METRE:.6g}"/>'
-        for name, z in heights.items()
+        f'<geom name="{name}" {alike} fromto="{x:.6g} {-y:.6g} {z:.6g} {x:.6g} {y:.6g} {z:.6g}"/>'
+        for name, z in ((name, height / METRE) for name, height in heights.items())
     )
 
 
@@ -147,8 +156,8 @@ def _pairs(parts: SceneParts) -> str:
 def _set_stiffness(model: mujoco.MjModel, parts: SceneParts) -> None:
     """Give each pair the stiffness of the walls that touch.
 
-    At rest a contact's force is s r / ((1 - d) A), with r its depth, d its impedance, A the inverse mass that MuJoCo
-    reckons with, and s the number that `solref` holds. A face of a box meets a capsule in two points.
+    At rest a contact's force is s r / ((1 - d) A), with r its depth, d its impedance, A the inverse mass that
+    MuJoCo reckons with, and s the number that `solref` holds. A face of a box meets a capsule in two points.
     """
     held = parts.held
     assert held is not None

@@ -1,7 +1,7 @@
 """Pictures of the virtual gripper from the front: both fingers with their folds, the object, the base.
 
-An orthographic drawing of the scene as it stands, for the strip of pictures and the video; what the tracker sees are
-the frames of `gripper_bench`.
+An orthographic drawing of the scene as it stands, for the strip of pictures and the video; what the tracker
+sees are the frames of `gripper_bench`.
 """
 
 from __future__ import annotations
@@ -65,7 +65,9 @@ class GripperView:
 
     def _finger(self, picture: Picture, axis: BentAxis, x: float) -> None:
         layout = self._bench.layout
-        heights, widths = _outline(layout.rigid_base_mm, layout.length_mm - layout.rigid_tip_mm, layout.length_mm)
+        heights, widths = _outline(
+            layout.rigid_base_mm, layout.length_mm - layout.rigid_tip_mm, layout.length_mm
+        )
         places, turned = axis.at(heights)
         across = np.column_stack([np.cos(turned), np.sin(turned)]) * widths[:, None]
         shift = np.array([x, 0.0])
@@ -134,10 +136,15 @@ def _pixel(x: float, z: float) -> tuple[int, int]:
 
 
 def _fill(
-    picture: Picture, corners: FloatArray, colour: tuple[int, int, int], edge: tuple[int, int, int] | None = None
+    picture: Picture,
+    corners: FloatArray,
+    colour: tuple[int, int, int],
+    edge: tuple[int, int, int] | None = None,
 ) -> None:
     """Fill a polygon of points (n, 2) [mm]."""
-    places = np.column_stack([SIZE[0] / 2 + SCALE * corners[:, 0], SIZE[1] - FLOOR_PX - SCALE * corners[:, 1]])
+    places = np.column_stack(
+        [SIZE[0] / 2 + SCALE * corners[:, 0], SIZE[1] - FLOOR_PX - SCALE * corners[:, 1]]
+    )
     grid = [np.rint(places * 2**FINE).astype(np.int32)]
     cv2.fillPoly(picture, grid, colour, cv2.LINE_AA, FINE)
     if edge is not None:

@@ -2,8 +2,9 @@
 
 A deformable box is a core with two plates, each free to move along x, y, z and to tilt about y. Their springs
 are those of the half block beside them: E A / (L/2) along x, G A / (L/2) across, E I / (L/2) in tilt, so that
-pressing both plates shortens it by F L / (E A). Other shapes yield where they are touched: half their shortening
-between plates goes into the stiffness of each contact (`contact_stiffness`). SI units, as `finger_body`.
+pressing both plates shortens it by F L / (E A). Other shapes yield where they are touched: half their
+shortening between plates goes into the stiffness of each contact (`contact_stiffness`). SI units, as
+`finger_body`.
 """
 
 from __future__ import annotations
@@ -24,8 +25,9 @@ PLATE_SHARE = 1.0 / 6.0
 CREEP_S = 0.01
 """Dashpot over spring inside the block [s]: a loss factor of 0.06 at 1 Hz (assumed)."""
 SWING_S = 0.005
-"""The springs of a block swing no faster than at 1 / SWING_S, 32 Hz: inertia is added to its deformation alone, so that
-the contacts, which are solved before the dashpots, meet no part that weighs less than these do in a step."""
+"""The springs of a block swing no faster than at 1 / SWING_S, 32 Hz: inertia is added to its deformation
+alone, so that the contacts, which are solved before the dashpots, meet no part that weighs less than these do
+in a step."""
 HAND_SOLREF = "0.01 1"
 """How stiffly a hand holds the object before it lets go: time constant [s], damping ratio."""
 
@@ -117,7 +119,9 @@ class HeldObject:
                 f'<joint type="hinge" axis="0 1 0" stiffness="{tilt:.6g}" '
                 f'damping="{CREEP_S * tilt:.6g}" armature="{SWING_S**2 * tilt:.6g}"/>'
             )
-            lines.append(_box_geom(f"object_{side}", (plate / 2, y / 2, z / 2), PLATE_SHARE * mass) + "</body>")
+            lines.append(
+                _box_geom(f"object_{side}", (plate / 2, y / 2, z / 2), PLATE_SHARE * mass) + "</body>"
+            )
         return "".join(lines)
 
 
@@ -135,7 +139,10 @@ def _outline(mesh_file: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
     Raises ConfigError for a file that is no closed mesh.
     """
-    scene = f'<mujoco><asset><mesh name="m" file="{mesh_file}"/></asset><worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+    scene = (
+        f'<mujoco><asset><mesh name="m" file="{mesh_file}"/></asset>'
+        '<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+    )
     try:
         model = mujoco.MjModel.from_xml_string(scene)
     except ValueError as error:

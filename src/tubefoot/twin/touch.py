@@ -67,7 +67,9 @@ class TouchReader:
         rows = np.asarray(self._data.efc_force)[address[:, None] + np.arange(3)]
         forces = np.einsum("ci,cij->cj", rows, frames) * np.where(crest_first, 1.0, -1.0)[:, None]
         right, left = (
-            _summed(rows[sides == side, 0], forces[sides == side], places[sides == side], crests[sides == side])
+            _summed(
+                rows[sides == side, 0], forces[sides == side], places[sides == side], crests[sides == side]
+            )
             for side in (0, 1)
         )
         return right, left
