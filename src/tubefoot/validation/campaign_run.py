@@ -135,6 +135,7 @@ class CampaignRun:
                 self._say(f"the finger was left {away / KPA:.1f} kPa from neutral; pumping back")
                 before = tuple(pressure * KPA for pressure in ledger.neutral)
                 self._rig.set_neutral(Neutral(before, (0.0, 0.0), 1))
+                self._rig.wait(LOOK_S)  # the next reading is the first that counts from there
                 self._run_block(HOMING)
         self._watch(self._campaign.rest_s)
 

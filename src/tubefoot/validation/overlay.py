@@ -239,35 +239,21 @@ def _predicted(prediction: Prediction, top: float) -> dict[str, float]:
 def _band(
     points: Points, strokes: list[np.ndarray], prediction: Prediction, top: float, seed: int
 ) -> dict[str, FloatArray]:
-    """Mean stroke with its confidence at even pressures; each stroke counts where it has been."""
+    """Mean stroke with its confidence at even pressures, where all strokes have been; nan elsewhere."""
     pressed = np.linspace(0.0, top, BAND_POINTS)
     columns: dict[str, FloatArray] = {"pressed_kpa": pressed / KPA}
-    chance = np.random.default_rng(seed)
-    drawn = chance.integers(len(strokes), size=(400, len(strokes)))
+    drawn = np.random.default_rng(seed).integers(len(strokes), size=(400, len(strokes)))
     for name, values, unit in (("angle_deg", points.angle, DEG), ("other_kpa", points.other, KPA)):
         paths = np.array([_stroke(points.pressed[one], values[one], pressed) for one in strokes]) / unit
-        present = np.isfinite(paths)
-        filled = np.where(present, paths, 0.0)
-        with np.errstate(invalid="ignore"):
-            columns[name] = filled.sum(axis=0) / np.where(present.any(axis=0), present.sum(axis=0), np.nan)
-            means = filled[drawn].sum(axis=1) / present[drawn].sum(axis=1)
-        columns[f"{name}_low"], columns[f"{name}_high"] = _percentiles(means)
+        columns[name] = paths.mean(axis=0)
+        low, high = np.percentile(paths[drawn].mean(axis=1), [2.5, 97.5], axis=0)
+        columns |= {f"{name}_low": low, f"{name}_high": high}
     columns["predicted_angle_deg"] = prediction.angle_at(pressed) / DEG
     columns["predicted_other_kpa"] = prediction.other_at(pressed) / KPA
     return columns
 
 
 def _stroke(pressed: FloatArray, values: FloatArray, at: FloatArray) -> FloatArray:
-    """A stroke at given pressures, from rest to its highest state; nan beyond."""
+    """A stroke at given pressures, from its lowest to its highest state; nan beyond."""
     order = np.argsort(pressed)
-    known = np.concatenate([[0.0], pressed[order]])
-    return np.interp(at, known, np.concatenate([[0.0], values[order]]), right=np.nan)
-
-
-def _percentiles(means: FloatArray) -> tuple[FloatArray, FloatArray]:
-    low, high = np.full(means.shape[1], np.nan), np.full(means.shape[1], np.nan)
-    for at, column in enumerate(means.T):
-        whole = column[np.isfinite(column)]
-        if len(whole) > 1:
-            low[at], high[at] = np.percentile(whole, [2.5, 97.5])
-    return low, high
+    return np.interp(at, pressed[order], values[order], left=np.nan, right=np.nan)

@@ -75,7 +75,7 @@ def load_prediction(path: Path | str) -> Prediction:
         raise ConfigError(
             f"{directory / 'curve.csv'}: needs numbers in the columns {', '.join(NEEDED)}"
         ) from None
-    if len(right) and abs(right[-1]) < abs(left[-1]) and left[-1] > 0:
+    if len(right) and left[-1] > right[-1]:
         right, left, bend = left, right, -bend
     if len(right) < 3 or abs(right[0]) > 1e-3 or (np.diff(right) <= 0).any():
         raise ConfigError(

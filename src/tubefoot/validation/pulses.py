@@ -75,7 +75,7 @@ def _runs(time: FloatArray, way: FloatArray, drive: FloatArray) -> tuple[Recorde
     """Stretches of one direction, joined over short pauses, the shortest left out."""
     edges = np.flatnonzero(np.diff(way, prepend=0.0, append=0.0)).tolist()
     stretches: list[list[int]] = []
-    for first, last in zip(edges, [*edges[1:], len(way)], strict=True):
+    for first, last in zip(edges, [*edges, len(way)][1:], strict=True):
         if first >= len(way) or way[first] == 0:
             continue
         before = stretches[-1] if stretches else None
