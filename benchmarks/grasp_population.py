@@ -103,12 +103,23 @@ def run_trial(trial: int, free: bool = False, tuning: bool = False) -> dict[str,
     row = _drawn_columns(trial, free, draw) | {"goal_n": protocol.goal.force}
     try:
         with virtual_grasp(draw.what, draw.pose, settings, RIG, draw.virtual) as stage:
-            loop = GraspLoop(stage.rigs, stage.angles, stage.hands, further=stage.further)
+            loop = GraspLoop(stage.rigs, stage.angles, stage.hands, _UntilSetDown(protocol), stage.further)
             loop.run(protocol)
             verdict = stage.verdict()
     except TubefootError as error:
         return row | {"held": 0, "success": 0, "end_reason": f"{type(error).__name__}: {error}"[:200]}
     return row | _outcome_columns(draw, protocol, loop, verdict, time.process_time() - began)
+
+
+class _UntilSetDown:
+    """Ends a trial when all that counts is known: the object is about to be set down."""
+
+    def __init__(self, protocol: GraspProtocol):
+        self._protocol = protocol
+
+    def __call__(self, row: dict[str, Any]) -> None:
+        if row["command"] == "lower":
+            self._protocol.give_up("complete")
 
 
 def _drawn_columns(trial: int, free: bool, draw: Draw) -> dict[str, Any]:

@@ -62,7 +62,7 @@ class GripSettings(Settings):
     """when the hand lets go: when the grip is firm, or at first contact as in the paper"""
 
 
-class TestSettings(Settings):
+class TrialSettings(Settings):
     """What follows the grip."""
 
     hold_s: float = Field(default=5.0, ge=0, le=3600)
@@ -93,4 +93,4 @@ class GraspSettings(Settings):
     pulses: GraspPulses = GraspPulses()
     contact: ContactSettings = ContactSettings()
     grip: GripSettings = GripSettings()
-    test: TestSettings = TestSettings()
+    test: TrialSettings = TrialSettings()

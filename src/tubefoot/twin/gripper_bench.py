@@ -43,6 +43,10 @@ SENSES = (1.0, -1.0)
 """Inward over the angle in the picture, of the right and the left finger."""
 
 
+BINARY_STEP_S, NATIVE_STEP_S = 1e-3, 2e-3
+"""Steps of boards with the real binary and with the native core: the latter is for many trials [s]."""
+
+
 class TandemPort(LockstepPort):
     """One of several ports whose boards share a clock: waiting at any of them steps all."""
 
@@ -113,7 +117,9 @@ class GripperBench:
         )
         tandem: list[TandemPort] = []
         self._boards = [
-            SimulatedBoard(plant, PipedProcessor() if board == "simavr" else NativeCore())
+            SimulatedBoard(plant, PipedProcessor(), BINARY_STEP_S)
+            if board == "simavr"
+            else SimulatedBoard(plant, NativeCore(), NATIVE_STEP_S)
             for plant in self.plants
         ]
         for side, one in zip(SIDES, self._boards, strict=False):
