@@ -1,0 +1,315 @@
+"""Frictionless contact of a finger's side with the smooth front of an object, and what is read off it.
+
+Samples of the finger's wall look along a fixed direction, across the gripper, for the object's skin: with the
+gap g along that direction each carries the barrier energy w(g) of `barrier` per area across it. g falls where
+the skin rises, dg/dx = -n / (n . e) with n the skin's normal and e the direction, so forces act along the
+normal of the object, whichever edge of the finger presses it: crests are sharp, the object is smooth. Forces
+of both sides cancel; where they are oblique to e they act across the gap, a couple of at most g times them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.fea.barrier import Barrier, assemble_contacts
+from tubefoot.fea.elements import element_kind, gauss_line
+from tubefoot.fea.items import Evaluation, Sink, State
+from tubefoot.fea.mesh import Mesh
+from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, outside_facet
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+SAMPLES = 5
+"""Samples along each edge of a facet of the finger."""
+CLOSE = 0.5
+"""Gap beyond the reach at which a sample has a partner already, since Newton moves the walls [mm]."""
+REMEMBERED = 12
+"""Facets near one sample that are prepared for."""
+
+
+@dataclass(frozen=True)
+class Touch:
+    """Contact sample by sample.
+
+    places : (n, 3) [mm]; pressure : (n,) across the gripper [MPa]; area : (n,) across it, undeformed [mm^2]
+    """
+
+    places: FloatArray
+    pressure: FloatArray
+    area: FloatArray
+
+    @property
+    def patch(self) -> float:
+        """Area that touches [mm^2]."""
+        return float(self.area[self.pressure > 0.0].sum())
+
+    def peak(self, share: float = 0.99) -> float:
+        """Pressure that a share of the touching area stays below [MPa], 0 where nothing touches.
+
+        share : 0 to 1
+        """
+        touching = self.pressure > 0.0
+        if not touching.any():
+            return 0.0
+        pressure, area = self.pressure[touching], self.area[touching]
+        order = np.argsort(pressure)
+        below = np.cumsum(area[order])
+        return float(pressure[order][min(int(np.searchsorted(below, share * below[-1])), len(order) - 1)])
+
+
+class BodyContact:
+    """Contact of a finger's walls with an object's skin; as an item it adds the barrier's energy."""
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        walls: Sequence[str],
+        skin: str,
+        direction: tuple[float, float, float] = (-1.0, 0.0, 0.0),
+        barrier: Barrier | None = None,
+    ):
+        """Prepare the samples; both surfaces are of nine-node facets.
+
+        mesh : of both bodies; walls : names of the finger's facet sets; skin : of the object's
+        direction : unit vector from the finger to the object; barrier : how they repel each other
+        """
+        self.barrier = barrier or Barrier()
+        wall = np.vstack([mesh.facet_set(name).nodes for name in walls])
+        self._n_wall = len(wall)
+        self.nodes = np.ascontiguousarray(np.vstack([wall, mesh.facet_set(skin).nodes]))
+        self._rest, self._direction = mesh.points, np.array(direction)
+        kind = element_kind("quad9")
+        line, weight = gauss_line(SAMPLES)
+        at = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        self._shape = np.ascontiguousarray(kind.shape(at))
+        # The direction does not turn with the wall: no slopes in the shape functions.
+        self._shapes = np.ascontiguousarray(
+            np.stack([self._shape, *np.zeros((2, *self._shape.shape))], axis=1)
+        )
+        self._powers, self._coefficients = facet_powers(kind)
+        self._own = np.repeat(np.arange(self._n_wall), len(at))
+        weights = np.outer(weight, weight).ravel()
+        self.areas: FloatArray = across_area(mesh.points[wall], at, weights, self._direction).ravel()
+        helper = np.eye(3)[int(np.argmin(np.abs(self._direction)))]
+        first = np.cross(helper, self._direction)
+        first /= np.linalg.norm(first)
+        self._tangents = np.array([first, np.cross(self._direction, first)])
+        self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
+        self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
+        self._keep(np.empty(0, dtype=np.int64))
+
+    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
+        """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
+
+        state : where to look; keep : leave the choice as it is where it still serves
+        """
+        hits, places, gaps, others = self._opposite(state, self.barrier.ahead, REMEMBERED)
+        if keep and self._serves(hits, gaps):
+            return False, False
+        n = len(self.nodes)
+        self._sample = np.flatnonzero(gaps < self.barrier.reach + CLOSE)
+        self._facet, self._places = hits[self._sample], places[self._sample]
+        self.gaps = gaps[self._sample]
+        keys = self._own[self._sample] * n + self._facet
+        grew = not np.isin(keys, self._pairs).all()
+        if grew:
+            near, neighbour = np.nonzero(others >= 0)
+            found = self._own[near] * n + others[near, neighbour]
+            self._keep(np.union1d(np.union1d(self._pairs, found), keys))
+        self._row = np.searchsorted(self._pairs, keys)
+        return True, grew
+
+    def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
+        """Put the contact forces and their stiffness into the sink.
+
+        state : where to evaluate; sink : takes the parts; found : energy, magnitude, smallest gap
+        """
+        if len(self._sample) == 0:
+            return
+        positions = self._positions(state)
+        energy = assemble_contacts(
+            self._sampled(positions)[self._sample],
+            np.broadcast_to(self._tangents, (len(self._sample), 2, 3)).copy(),
+            self.areas[self._sample],
+            self._sample % len(self._shape),
+            self._facet,
+            self._row,
+            self._places,
+            self.gaps,
+            self._powers,
+            self._coefficients,
+            self._coefficients @ positions[self.nodes],
+            self._shapes,
+            (self.barrier.reach, self.barrier.stiffness),
+            self._residuals,
+            self._matrices,
+        )
+        if np.isnan(energy):
+            found.min_gap = -np.inf
+            return
+        found.energy += energy
+        found.min_gap = min(found.min_gap, float(self.gaps.min()))
+        found.magnitude = max(found.magnitude, float(np.abs(self._residuals).max(initial=0.0)))
+        sink.add(self, 0, self._matrices, self._residuals)
+
+    def recover(self, step: FloatArray) -> None:
+        """Nothing was eliminated.
+
+        step : unchanged
+        """
+
+    def forces(self, state: State) -> FloatArray:
+        """Contact forces on all points, (n_points, 3) [N]: on the finger's and, opposite, on the object's.
+
+        state : a converged one
+        """
+        self.look(state, keep=True)
+        self.assemble(state, Unheard(), Evaluation())
+        nodal = np.zeros(self._rest.size)
+        if len(self._sample):
+            np.add.at(nodal, self.pattern, -self._residuals)
+        return nodal.reshape(-1, 3)
+
+    def resultant(self, state: State) -> tuple[FloatArray, float]:
+        """Force of the finger on the object (3,) [N], and sum z f_x over the object's points [N mm].
+
+        state : a converged one
+        """
+        on_object = np.unique(self.nodes[self._n_wall :])
+        nodal, heights = self.forces(state)[on_object], self._positions(state)[on_object, 2]
+        return nodal.sum(axis=0), float(heights @ nodal[:, 0])
+
+    def touch(self, state: State) -> Touch:
+        """What the finger's samples see of the object.
+
+        state : a converged one
+        """
+        self.look(state, keep=True)
+        self.assemble(state, Unheard(), Evaluation())
+        pressure = np.zeros(len(self._own))
+        pressure[self._sample] = self.barrier.pressure(self.gaps)
+        return Touch(self._sampled(self._positions(state)), pressure, self.areas)
+
+    def point_pressures(self, state: State) -> FloatArray:
+        """Pressure at the points of the object's skin, (n_points,) with zero elsewhere [MPa].
+
+        Each sample's force goes to the corners of that quarter of the facet in which it acts; a point's share
+        is divided by the undeformed area across the gripper that it has of all quarters around it.
+
+        state : a converged one
+        """
+        self.look(state, keep=True)
+        self.assemble(state, Unheard(), Evaluation())
+        n = len(self._rest)
+        push = self.areas[self._sample] * self.barrier.pressure(self.gaps)
+        force = np.bincount(
+            self.nodes[self._facet].ravel(), (push[:, None] * _quarters(self._places)).ravel(), minlength=n
+        )
+        line, weight = gauss_line(4)
+        at = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+        skin = self.nodes[self._n_wall :]
+        area = across_area(self._rest[skin], at, np.outer(weight, weight).ravel(), self._direction)
+        carried = np.bincount(skin.ravel(), (area @ _quarters(at)).ravel(), minlength=n)
+        return np.divide(force, carried, out=np.zeros(n), where=carried > 1e-6)
+
+    def clearance(self, state: State, within: float) -> float:
+        """Smallest gap between finger and object [mm], negative for an overlap, infinite beyond `within`.
+
+        state : where to look; within : largest gap looked for [mm]
+        """
+        return float(self._opposite(state, within, 0)[2].min(initial=np.inf))
+
+    def _serves(self, hits: IntArray, gaps: FloatArray) -> bool:
+        """Whether the present contacts are still the right ones, up to sliding a little over an edge."""
+        acting = self.gaps < self.barrier.reach
+        if any(outside_facet(place, False) > KEPT for place in self._places[acting]):
+            return False
+        touching = np.flatnonzero((gaps < self.barrier.reach) & (hits >= 0))
+        return bool(np.isin(touching, self._sample).all())
+
+    def _keep(self, pairs: IntArray) -> None:
+        """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
+        n, size = len(self.nodes), 6 * self.nodes.shape[1]
+        self._pairs = pairs
+        nodes = np.hstack([self.nodes[pairs // n], self.nodes[pairs % n]])
+        self.pattern: IntArray = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(pairs), size)
+        self._residuals = np.zeros((len(pairs), size))
+        self._matrices = np.zeros((len(pairs), size, size))
+
+    def _positions(self, state: State) -> FloatArray:
+        return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)
+
+    def _sampled(self, positions: FloatArray) -> FloatArray:
+        return np.einsum("qa,fai->fqi", self._shape, positions[self.nodes[: self._n_wall]]).reshape(-1, 3)
+
+    def _opposite(
+        self, state: State, within: float, remembered: int
+    ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
+        """Of each sample: the facet of the skin before it (-1 for none), place, gap, neighbours found."""
+        positions = self._positions(state)
+        corners = positions[self.nodes]
+        centres = corners.mean(axis=1)
+        radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+        facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
+        skin = np.arange(self._n_wall, len(self.nodes))
+        axis = int(np.argmax(np.ptp(centres[skin], axis=0)))
+        n = len(self._own)
+        hits, gaps, places = np.empty((n, 1), dtype=np.int64), np.empty((n, 1)), np.empty((n, 1, 2))
+        others = np.empty((n, remembered), dtype=np.int64)
+        find_opposite(
+            self._sampled(positions),
+            np.broadcast_to(self._direction, (n, 3)).copy(),
+            self._own,
+            self.nodes,
+            self._powers,
+            self._coefficients @ corners,
+            np.column_stack([centres, radii]),
+            facing / np.linalg.norm(facing, axis=1)[:, None],
+            skin[np.argsort(centres[skin, axis])],
+            axis,
+            False,
+            within,
+            self.barrier.depth,
+            hits,
+            places,
+            gaps,
+            others,
+        )
+        return hits[:, 0], places[:, 0], gaps[:, 0], others
+
+
+def across_area(
+    corners: FloatArray, at: FloatArray, weights: FloatArray, direction: FloatArray
+) -> FloatArray:
+    """Area across a direction that each quadrature point of nine-node facets stands for, (n, n_q) [mm^2].
+
+    corners : (n, 9, 3) of the facets [mm]; at, weights : (n_q, 2) and (n_q,) of the rule
+    direction : unit vector
+    """
+    along = np.einsum("qad,fai->fqdi", element_kind("quad9").shape_gradient(at), corners)
+    found: FloatArray = np.abs(np.cross(along[..., 0, :], along[..., 1, :]) @ direction) * weights
+    return found
+
+
+def _quarters(places: FloatArray) -> FloatArray:
+    """Bilinear shape functions (n, 9) on the quarters of nine-node facets: never negative."""
+    away = np.abs(places[:, None] - element_kind("quad9").nodes)
+    found: FloatArray = np.prod(np.maximum(0.0, 1.0 - away), axis=2)
+    return found
+
+
+class Unheard:
+    """A sink for evaluations of which only what the item keeps is wanted."""
+
+    stiff = False
+
+    def add(self, item: object, first: int, matrices: FloatArray, residuals: FloatArray) -> None:
+        """Drop it.
+
+        item, first, matrices, residuals : as in `Sink`
+        """
