@@ -11,7 +11,11 @@ from cyclopts import Parameter
 from tubefoot.errors import ConfigError
 
 if TYPE_CHECKING:
+    from tubefoot.design.finger import FingerDesign
     from tubefoot.fea.solid_part import SolidPart
+
+
+UNTIL = "pressure_right_kpa=35"
 
 
 def solve(
@@ -20,8 +24,9 @@ def solve(
     *,
     mesh: Path | None = None,
     solid: Path | None = None,
+    grasp: Path | None = None,
     out: Path | None = None,
-    until: str = "pressure_right_kpa=35",
+    until: str = UNTIL,
     states: int = 8,
     element_size_mm: float | None = None,
     mesh_kind: str = "hexahedra",
@@ -51,6 +56,9 @@ def solve(
 
     Example: tubefoot solve --solid examples/solids/eccentric-tube.toml --out out/eccentric-tube
 
+    Example: tubefoot solve examples/designs/reference-12.toml --grasp examples/grasps/tofu-front.toml
+    --element-size-mm 3 --out out/tofu-front
+
     Parameters
     ----------
     design
@@ -60,6 +68,9 @@ def solve(
         cavity_right, and maybe cavity_left, mid_plane; with a design, its body material is taken.
     solid
         In place of a design: settings file with mesh or STEP file, names of its sets, materials.
+    grasp
+        Settings file of an object that two such fingers grasp: the finger opens, the object is put in place,
+        the finger closes on it; its pumped volumes stand in for --until.
     out
         Directory for the results; out/NAME if not given.
     until
@@ -109,6 +120,8 @@ def solve(
     from tubefoot.fea.finger_model import SolveSettings
 
     part = _part(design, mesh, solid)
+    if grasp is not None and (part is not None or until != UNTIL):
+        raise ConfigError("--grasp goes with a design, and its file says how far: leave --until out")
     table: dict[str, Any] = {
         **parse_until(until),
         "states": states,
@@ -144,6 +157,9 @@ def solve(
         assert design is not None
         finger = load_design(design)
         directory = out or Path("out") / finger.name
+        if grasp is not None:
+            _solve_grasp(finger, grasp, directory, options, pictures)
+            return
         print(f"{finger.name}: {finger.bellows.units} units, {goal}")
         result = solve_design(finger, directory, **options)
     summary = result.summary
@@ -159,6 +175,44 @@ def solve(
         for path in draw_solve_pictures(directory):
             print(f"picture: {path}")
     print(f"results: {directory}")
+
+
+def _solve_grasp(
+    finger: FingerDesign, grasp: Path, directory: Path, options: dict[str, Any], pictures: bool
+) -> None:
+    """Solve a grasp, say what came out and draw it."""
+    from tubefoot.config import load_settings
+    from tubefoot.fea.grasp_settings import GraspSettings
+    from tubefoot.fea.grasp_solve import solve_grasp
+
+    settings = load_settings(grasp, GraspSettings)
+    thing = settings.object
+    print(f"{finger.name}: {finger.bellows.units} units grasp {thing.name} at {settings.height_mm:g} mm")
+    found = solve_grasp(finger, directory, settings, **{**options, "progress": _print_grasp}).summary
+    print(f"ended: {found['end_reason']}")
+    print(
+        f"one finger presses with {found['normal_force_n']:.3f} N on {found['patch_mm2']:.1f} mm2, "
+        f"{found['pressure_mean_kpa']:.2f} kPa in the mean; theta1 {found['theta1_deg']:.2f} deg, "
+        f"theta2 {found['theta2_deg']:.2f} deg"
+    )
+    if found["damage_margin"] is not None:
+        print(f"bound over load ({found['damage_margin_by']}): {found['damage_margin']:.2f}")
+    if pictures:
+        from tubefoot.report.grasp_contact import draw_grasp_pictures
+
+        for path in draw_grasp_pictures(directory):
+            print(f"picture: {path}")
+    print(f"results: {directory}")
+
+
+def _print_grasp(row: dict[str, Any]) -> None:
+    print(
+        f"  state {row['step']:3d}: pumped {row['pumped_volume_ml']:7.4f} ml, right "
+        f"{row['pressure_right_kpa']:6.2f} kPa, theta1 {row['theta1_deg']:6.2f}, theta2 "
+        f"{row['theta2_deg']:6.2f} deg, force {row['normal_force_n']:7.4f} N, patch {row['patch_mm2']:6.1f} "
+        f"mm2, {row['newton_iterations']} iterations, {row['wall_s']:.1f} s",
+        flush=True,
+    )
 
 
 def _part(design: Path | None, mesh: Path | None, solid: Path | None) -> SolidPart | None:

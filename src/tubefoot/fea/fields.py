@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import meshio
@@ -19,18 +20,24 @@ FloatArray = NDArray[np.float64]
 
 
 def write_fields(
-    path: Path, mesh: Mesh, solid: Solid, state: State, stresses: Stresses | None = None
+    path: Path,
+    mesh: Mesh,
+    solid: Solid,
+    state: State,
+    stresses: Stresses | None = None,
+    extra: Mapping[str, FloatArray] | None = None,
 ) -> Path:
     """The path of a VTU file: displacement, von Mises and stress components at points and cells, region.
 
     path : file to write; mesh, solid : what was solved; state : which state
     stresses : of that state, where they are known
+    extra : further values at the points by name, each (n_points,), unit in the name
     """
     stresses = stresses or Stresses.of(mesh, solid, state)
     values = {"von_mises_kpa": stresses.von_mises, "max_principal_kpa": stresses.max_principal}
     values |= {f"{name}_kpa": stresses.component(name) for name in PAPER_AXES}
     displacement = state.unknowns[: mesh.points.size].reshape(-1, 3)
-    point_data: dict[str, FloatArray] = {"displacement_mm": displacement}
+    point_data: dict[str, FloatArray] = {"displacement_mm": displacement, **(extra or {})}
     cell_data: dict[str, list[FloatArray]] = {"region": [solid.block.region.astype(np.int32)]}
     total = stresses.weights.sum(axis=1)
     for name, value in values.items():

@@ -126,7 +126,8 @@ class Obstacle:
     """A rigid body before a wall; as an item it adds the barrier's energy.
 
     force : on the body at the last evaluation, (3,) [N]; moment : about the origin, (3,) [N mm]
-    gaps : (n_samples,) distances at the last evaluation [mm]
+    gaps : (n_samples,) distances at the last evaluation [mm]; places : (n_samples, 3) of the wall then [mm]
+    pushes : (n_samples, 3) forces on the body then [N]; areas : (n_samples,) undeformed, of each [mm^2]
     """
 
     def __init__(self, mesh: Mesh, facets: str, shape: RigidShape, barrier: Barrier | None = None):
@@ -146,7 +147,9 @@ class Obstacle:
         areas = np.linalg.norm(np.cross(tangents[..., 0, :], tangents[..., 1, :]), axis=-1)
         self._weights: FloatArray = areas * kind.quadrature_weights
         self.pattern: IntArray = (3 * wall.nodes[:, :, None] + np.arange(3)).reshape(len(wall.nodes), -1)
+        self.areas: FloatArray = self._weights.ravel()
         self.gaps = np.full(self._weights.size, np.inf)
+        self.places, self.pushes = np.zeros((2, self._weights.size, 3))
         self.force, self.moment = np.zeros(3), np.zeros(3)
 
     def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
@@ -158,13 +161,13 @@ class Obstacle:
         positions = (self._rest + state.unknowns[: self._rest.size].reshape(-1, 3))[self._nodes]
         points = np.einsum("qa,fai->fqi", self._shape, positions).reshape(-1, 3)
         gaps, normals, curved = self.shape.distance(points)
-        self.gaps = gaps
+        self.gaps, self.places = gaps, points
         reach, stiffness = self.barrier.reach, self.barrier.stiffness
         excess = np.maximum(0.0, reach - gaps)
         weights = self._weights.ravel()
         first = -weights * stiffness / reach * excess**2
         second = 2.0 * weights * stiffness / reach * excess
-        on_body = first[:, None] * normals
+        on_body = self.pushes = first[:, None] * normals
         self.force, self.moment = on_body.sum(axis=0), np.cross(points, on_body).sum(axis=0)
         split = on_body.reshape(n_facets, -1, 3)
         residuals = np.einsum("qa,fqi->fai", self._shape, split).reshape(n_facets, size)
