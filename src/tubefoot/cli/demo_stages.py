@@ -52,7 +52,9 @@ def stages(quick: bool) -> list[Stage]:
 
     quick : coarser meshes and fewer states
     """
-    return [*(solve_stage(case) for case in cases(quick)), print_stage()]
+    from tubefoot.cli.demo_grasps import grasp_stages
+
+    return [*(solve_stage(case) for case in cases(quick)), print_stage(), *grasp_stages(quick)]
 
 
 def judge(root: Path) -> list[Claim]:
@@ -60,7 +62,9 @@ def judge(root: Path) -> list[Claim]:
 
     root : directory of the runs
     """
-    return judge_solves(root)
+    from tubefoot.cli.demo_grasps import judge_grasps
+
+    return [*judge_solves(root), *judge_grasps(root)]
 
 
 def cases(quick: bool) -> list[Case]:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
 from tubefoot.cli.bench import rig_settings
+from tubefoot.cli.grasp_record import carry_out
 
 if TYPE_CHECKING:
-    from contextlib import AbstractContextManager
-
-    from tubefoot.cli.grasp_stage import GraspStage, VirtualGrasp
+    from tubefoot.cli.grasp_stage import VirtualGrasp
     from tubefoot.control.grasp_settings import GraspSettings
+    from tubefoot.lab.grasp_object import GraspObject, Pose
     from tubefoot.lab.settings import RigSettings
 
 
@@ -66,16 +67,11 @@ def grasp(
 
     Example: tubefoot grasp blueberry --pose front --sim --quick
     """
-    from tubefoot.cli.grasp_record import Spectator, finish
+    from tubefoot.cli.grasp_record import raise_for, tell
     from tubefoot.config import load_settings
-    from tubefoot.control.first_contact import grip_lever
-    from tubefoot.control.grasp_loop import GraspLoop
-    from tubefoot.control.grasp_protocol import GraspProtocol
     from tubefoot.control.grasp_settings import GraspSettings
     from tubefoot.errors import ConfigError
     from tubefoot.lab.grasp_object import load_object
-    from tubefoot.records import Run
-    from tubefoot.reduced.files import reference_file
 
     chosen = load_settings(settings, GraspSettings) if settings else GraspSettings()
     thing = load_object(what)
@@ -84,54 +80,69 @@ def grasp(
 
         write_map(thing, out)
         return
-    virtual = None
-    if sim:
-        virtual = _virtual(
-            seed, bench, population, gripper, friction or thing.friction, error_mm, quick, chosen
-        )
-    elif not camera or len(camera) != 2:
-        raise ConfigError(
-            "--camera is needed twice: the camera.toml of the right and of the left finger, from `tubefoot "
-            "calibrate-camera`; or use --sim"
-        )
     ports: list[str | None] = [*port] if port else [None]
     if len(ports) > 2:
         raise ConfigError(f"{len(ports)} ports: give one for each finger, or one for both through a splitter")
     rigs = [rig_settings(rig_file, one) for one in ports]
-    finger = reference_file().to_finger()
-    coupled = virtual.make.pumps == 1 if virtual else len(rigs) == 1
-    protocol = GraspProtocol(thing, pose, finger, grip_lever(finger, chosen.height_mm), chosen, coupled)
-    if not protocol.goal.within_bounds:
-        print(
-            f"note: a grip of {protocol.goal.force:.3f} N is wanted against slip, but {thing.name} bears "
-            "no more "
-            f"than {protocol.goal.most:.3f} N with the wanted margin"
-        )
-    run = Run(
-        out,
-        "grasp",
-        _resolved(thing.model_dump(mode="json"), pose, chosen, rigs, virtual),
-        seed=seed if sim else None,
-    )
-    count = 1 if coupled else 2
-    recordings = _recordings(run.directory, count)
-    stage: AbstractContextManager[GraspStage]
-    if virtual:
-        from tubefoot.cli.grasp_stage import virtual_grasp
-
-        stage = virtual_grasp(thing, pose, chosen, rigs[0], virtual, recordings)
+    if sim:
+        mu = thing.friction if friction is None else friction
+        virtual = _virtual(seed, bench, population, gripper, mu, error_mm, quick, chosen)
+        summary = simulated_grasp(thing, pose, chosen, rigs[0], virtual, out)
     else:
-        from tubefoot.cli.grasp_stage import real_grasp
+        summary = _real(thing, pose, chosen, rigs, source or ["0"], camera or [], layout, out)
+    tell(summary)
+    print(f"results: {out}")
+    raise_for(summary["end_reason"])
 
-        assert camera is not None
-        stage = real_grasp(rigs, source or ["0"], camera, layout, recordings)
-    with stage as opened:
-        spectator = Spectator(run.directory, opened.picture)
-        loop = GraspLoop(opened.rigs, opened.angles, opened.hands, spectator.watch, opened.further)
-        loop.run(protocol)
-        spectator.close()
-        verdict = opened.verdict()
-    finish(run, thing, pose, protocol, loop, verdict, seed if sim else None)
+
+def simulated_grasp(
+    thing: GraspObject,
+    pose: Pose,
+    settings: GraspSettings,
+    rig: RigSettings,
+    virtual: VirtualGrasp,
+    out: Path,
+    say: Callable[[str], None] = print,
+) -> dict[str, Any]:
+    """The summary of a grasp on the virtual gripper, whose record is in `out`.
+
+    thing : the object; pose : front or side; settings : of the grasp; rig : of the rigs
+    virtual : what is simulated; out : directory; say : told of each phase
+    """
+    from tubefoot.cli.grasp_stage import virtual_grasp
+    from tubefoot.records import Run
+
+    resolved = _resolved(thing, pose, settings, [rig], virtual)
+    run = Run(out, "grasp", resolved, seed=virtual.seed)
+    recordings = _recordings(run.directory, virtual.make.pumps)
+    stage = virtual_grasp(thing, pose, settings, rig, virtual, recordings)
+    return carry_out(run, stage, thing, pose, settings, virtual.make.pumps == 1, virtual.seed, say)
+
+
+def _real(
+    thing: GraspObject,
+    pose: Pose,
+    settings: GraspSettings,
+    rigs: list[RigSettings],
+    sources: list[str],
+    cameras: list[Path],
+    layout: Path | None,
+    out: Path,
+) -> dict[str, Any]:
+    """The summary of a grasp on the bench."""
+    from tubefoot.cli.grasp_stage import real_grasp
+    from tubefoot.errors import ConfigError
+    from tubefoot.records import Run
+
+    if len(cameras) != 2:
+        raise ConfigError(
+            "--camera is needed twice: the camera.toml of the right and of the left finger, from `tubefoot "
+            "calibrate-camera`; or use --sim"
+        )
+    run = Run(out, "grasp", _resolved(thing, pose, settings, rigs, None))
+    recordings = _recordings(run.directory, len(rigs))
+    stage = real_grasp(rigs, sources, cameras, layout, recordings)
+    return carry_out(run, stage, thing, pose, settings, len(rigs) == 1, None, print)
 
 
 def _virtual(
@@ -185,15 +196,15 @@ def _recordings(directory: Path, count: int) -> list[Path]:
 
 
 def _resolved(
-    thing: dict[str, Any],
-    pose: str,
+    thing: GraspObject,
+    pose: Pose,
     settings: GraspSettings,
     rigs: list[RigSettings],
     virtual: VirtualGrasp | None,
 ) -> dict[str, Any]:
     resolved: dict[str, Any] = {
         "sim": virtual is not None,
-        "object": thing,
+        "object": thing.model_dump(mode="json", exclude_none=True),
         "pose": pose,
         "grasp": settings.model_dump(mode="json"),
         "rig": rigs[0].model_dump(mode="json"),

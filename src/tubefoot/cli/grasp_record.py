@@ -8,11 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
     import numpy as np
     from numpy.typing import NDArray
 
+    from tubefoot.cli.grasp_stage import GraspStage
     from tubefoot.control.grasp_loop import GraspLoop
     from tubefoot.control.grasp_protocol import GraspProtocol
+    from tubefoot.control.grasp_settings import GraspSettings
     from tubefoot.lab.grasp_object import GraspObject, Pose
     from tubefoot.records import Run
 
@@ -27,12 +31,14 @@ SHOWN = ("close", "grip", "settle", "hold", "shake", "let go")
 class Spectator:
     """Takes pictures of a grasp while it runs, and says what happens."""
 
-    def __init__(self, directory: Path, picture: Callable[[str], NDArray[np.uint8]] | None):
+    def __init__(
+        self, directory: Path, picture: Callable[[str], NDArray[np.uint8]] | None, say: Callable[[str], None]
+    ):
         """Begin.
 
-        directory : of the run; picture : what is seen, None where nothing can be
+        directory : of the run; picture : what is seen, None where nothing can be; say : told of each phase
         """
-        self._directory, self._picture = directory, picture
+        self._directory, self._picture, self._say = directory, picture, say
         self._phase = ""
         self._next = 0.0
         self._video: Any = None
@@ -44,7 +50,7 @@ class Spectator:
         row : the newest
         """
         if row["phase"] != self._phase:
-            print(f"{row['time_s']:7.2f} s  {row['phase']:<8} {phase_line(row)}", flush=True)
+            self._say(f"{row['time_s']:7.2f} s  {row['phase']:<8} {phase_line(row)}")
         if self._picture is not None and (row["time_s"] >= self._next or row["phase"] != self._phase):
             self._next = row["time_s"] + VIDEO_S
             picture = self._picture(f"{row['time_s']:.1f} s  {row['phase']}   {phase_line(row)}")
@@ -90,43 +96,76 @@ def phase_line(row: Mapping[str, Any]) -> str:
     return f"theta1 {theta1:+.1f}  theta2 {theta2:+.1f} deg  grip {force:.3f} N  in {row['inward_pulses']}"
 
 
-def finish(
+def carry_out(
     run: Run,
+    stage: AbstractContextManager[GraspStage],
     thing: GraspObject,
     pose: Pose,
-    protocol: GraspProtocol,
-    loop: GraspLoop,
-    verdict: Mapping[str, Any],
+    settings: GraspSettings,
+    coupled: bool,
     seed: int | None,
-) -> None:
-    """Write everything, say the verdict; raise what the end of the grasp means.
+    say: Callable[[str], None],
+) -> dict[str, Any]:
+    """The summary of a grasp, after everything is written.
 
-    run : its directory; thing, pose : what was grasped; protocol : that has ended; loop : with its trace
-    verdict : what the hands say; seed : None on the real bench
+    run : its directory; stage : to be opened; thing, pose : what is grasped; settings : of the grasp
+    coupled : one pump for both fingers; seed : None on the real bench; say : told of each phase
     """
-    from tubefoot.errors import LinkError, SafetyStop
+    from tubefoot.control.first_contact import grip_lever
+    from tubefoot.control.grasp_loop import GraspLoop
+    from tubefoot.control.grasp_protocol import GraspProtocol
     from tubefoot.records import write_json, write_table
+    from tubefoot.reduced.files import reference_file
     from tubefoot.report.grasping import draw_grasp
 
-    rows = loop.rows
-    if rows:
-        write_table(run.path("grasp.csv"), rows)
+    finger = reference_file().to_finger()
+    lever = grip_lever(finger, settings.height_mm)
+    protocol = GraspProtocol(thing, pose, finger, lever, settings, coupled)
+    if not protocol.goal.within_bounds:
+        say(
+            f"note: a grip of {protocol.goal.force:.3f} N is wanted against slip, but {thing.name} bears no "
+            f"more than {protocol.goal.most:.3f} N with the wanted margin"
+        )
+    with stage as opened:
+        spectator = Spectator(run.directory, opened.picture, say)
+        loop = GraspLoop(opened.rigs, opened.angles, opened.hands, spectator.watch, opened.further)
+        loop.run(protocol)
+        spectator.close()
+        verdict = opened.verdict()
     summary = grasp_summary(thing, pose, protocol, loop, verdict, seed)
     write_json(run.path("summary.json"), summary)
-    if rows:
+    if loop.rows:
+        write_table(run.path("grasp.csv"), loop.rows)
         draw_grasp(run.directory)
     run.finish()
+    return summary
+
+
+def tell(summary: Mapping[str, Any]) -> None:
+    """Print a summary and its verdict.
+
+    summary : of a grasp
+    """
     for key, value in summary.items():
-        print(f"{key:<24} {value:.4g}" if isinstance(value, float) else f"{key:<24} {value}")
+        print(f"{key:<30} {value:.4g}" if isinstance(value, float) else f"{key:<30} {value}")
     print(verdict_sentence(summary))
-    print(f"results: {run.directory}")
-    reason = protocol.outcome.reason
+
+
+def raise_for(reason: str) -> None:
+    """Raise what the end of a grasp stands for, for the exit code.
+
+    reason : why it ended
+    """
+    from tubefoot.errors import ConvergenceError, LinkError, SafetyStop
+
     if reason.startswith("interrupted"):
         raise KeyboardInterrupt
     if reason.startswith("link lost"):
         raise LinkError(reason)
     if reason.startswith("safety stop"):
         raise SafetyStop(reason)
+    if reason.startswith(("no contact", "the fingers did not open", "held back")):
+        raise ConvergenceError(reason)
 
 
 def grasp_summary(

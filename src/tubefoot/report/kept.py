@@ -8,11 +8,20 @@ from pathlib import Path
 
 from tubefoot.report.look import Picture
 from tubefoot.report.runs import RunRecord
+from tubefoot.report.validation import CAPTION as VALIDATION_CAPTION
 
 FOLDERS = (".", "figures", "pictures")
 CAPTIONS = {
     "bend": "Measured angle, target and tolerance band; each run of the pump, forward up; change of the "
     "branch pressures since neutral.",
+    "validation": VALIDATION_CAPTION,
+    "strip": "The gripper at the beginning of each phase; red dots: contact.",
+    "angles": "Turn of the centreline over the lower (theta1) and upper half (theta2) of both fingers during "
+    "a grasp; background: closing, gripping, hold, lift, shaking.",
+    "plane": "The path of (theta1, theta2), mean of both fingers; square: contact sure, star: end of hold. "
+    "theta2 grows with every pulse: its sign belongs to a grip level, not to the shape alone.",
+    "forces": "Normal force of each finger, estimated from angles and pressures and as it is on the "
+    "virtual gripper; gauge pressures of the branches.",
 }
 """What pictures show whose name says it; others are captioned by their name alone."""
 

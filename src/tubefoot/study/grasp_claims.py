@@ -73,7 +73,7 @@ def judge_planar(front: GraspRecord, side: GraspRecord) -> Claim:
         f"in the side grasp, where theta2 differs by at most {LITTLE:g} of what theta1 does",
         _verdict(parts, (front1, front2, side1, side2)),
         _numbers(front, side),
-        "grasp-plane",
+        "plane",
     )
 
 
@@ -97,7 +97,7 @@ def judge_curved(front: GraspRecord, side: GraspRecord) -> Claim:
         "grasp",
         _verdict(parts, (front1, front2, side1, side2)),
         _numbers(front, side),
-        "grasp-plane",
+        "plane",
     )
 
 
@@ -134,7 +134,7 @@ def judge_gentleness(runs: Mapping[str, GraspRecord]) -> Claim:
         "peak pressure of the small patches is told, not judged",
         verdict_of(parts),
         numbers,
-        "grasp-forces",
+        "forces",
     )
 
 
