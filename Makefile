@@ -34,5 +34,9 @@ bench: setup firmware
 firmware: setup
 	@$(MAKE) --no-print-directory -s -C firmware
 
+docs: setup
+	$(BIN)/sphinx-build -q -j auto -W --keep-going -d build/doctrees docs build/docs
+	@echo "documentation: build/docs/index.html"
+
 clean:
 	rm -rf build out dist firmware/build $(VENV)

@@ -1,0 +1,1 @@
+"""Extensions of the documentation site: pages of the API, and docstrings in the style of this house."""
