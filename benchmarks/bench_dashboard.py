@@ -73,7 +73,7 @@ def _page(chromium: Any, bench: Any, dashboard: Any) -> list[Row]:
     """Pictures that Chromium draws, with software OpenGL on the same computer."""
     page = chromium.new_page()
     page.goto(dashboard.address)
-    page.wait_for_function("tubefoot.seen.frames > 10")
+    until(lambda: page.evaluate("tubefoot.seen.frames") > 10)
     first, wall, before = (
         page.evaluate("tubefoot.seen.frames"),
         time.perf_counter(),

@@ -25,6 +25,8 @@ from tubefoot.dashboard.helm import Helm
 
 MB = 1e6
 SETTLED_MIN = 3
+ORDER_S = 1800.0
+"""An order takes two minutes of the bench at most, which a busy computer may stretch [s]."""
 PROGRAM = (
     {"do": "bend", "target_deg": 20, "controller": "paper"},
     {"do": "bend", "target_deg": -15, "controller": "paper"},
@@ -67,8 +69,7 @@ def soak(minutes: int, pixels: bool = True, out: Path | None = None) -> list[dic
         page = chromium.new_page()
         page.goto(dashboard.address)
         page.click("#take")
-        page.wait_for_function("document.getElementById('helm').textContent === 'You are in control'")
-        holder = bench.helm.holder
+        holder = until(lambda: bench.helm.holder)
         orders = 0
         for minute in range(1, minutes + 1):
             orders = _minute(bench, holder, minute, orders)
@@ -88,14 +89,14 @@ def soak(minutes: int, pixels: bool = True, out: Path | None = None) -> list[dic
 
 def _minute(bench: OpenBench, holder: str, minute: int, orders: int) -> int:
     """Orders one after the other until the bench's minute is over; how many there were in all."""
-    until(lambda: not bench.session.busy)
+    until(lambda: not bench.session.busy, ORDER_S)
     recording = minute % 5 == 1
     if recording:
         bench.desk.do(holder, {"do": "record", "pictures": False})
     while bench.virtual.clock.now() < 60.0 * minute:
         bench.desk.do(holder, {**PROGRAM[orders % len(PROGRAM)], "goes_on": True})
         orders += 1
-        until(lambda: not bench.session.busy)
+        until(lambda: not bench.session.busy, ORDER_S)
     if recording:
         bench.desk.do(holder, {"do": "end_record"})
     return orders

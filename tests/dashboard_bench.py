@@ -124,9 +124,9 @@ def serving(shown: Dashboard) -> Iterator[None]:
         thread.join(timeout=20)
 
 
-def until(condition: Any) -> Any:
+def until(condition: Any, patience_s: float = PATIENCE_S) -> Any:
     """What a condition gives once it is true; other threads make it so."""
-    end = time.monotonic() + PATIENCE_S
+    end = time.monotonic() + patience_s
     while not (found := condition()):
         if time.monotonic() > end:
             raise AssertionError("what was waited for did not come")

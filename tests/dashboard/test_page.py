@@ -52,7 +52,7 @@ def in_control(chromium, dashboard, **size):
         page.wait_for_selector("#start:enabled")
         yield page
         page.click("#take")
-        page.wait_for_function("document.getElementById('helm').textContent === 'Nobody is in control'")
+        until(lambda: page.inner_text("#helm") == "Nobody is in control")
 
 
 def bend(page, degrees):
@@ -161,7 +161,7 @@ def test_two_browsers_one_steers_both_may_stop(chromium, shown):
     bench, dashboard = shown
     with in_control(chromium, dashboard) as first, page_of(chromium, dashboard.address) as second:
         second.set_default_timeout(PATIENCE_MS)
-        second.wait_for_function("document.getElementById('helm').textContent.includes('Another page')")
+        until(lambda: second.inner_text("#helm").startswith("Another page"))
         assert second.is_disabled("#start")
         second.click("#take")
         second.wait_for_selector("#refused:not([hidden])")
@@ -227,7 +227,7 @@ def test_the_page_comes_back_after_a_restart(chromium, tmp_path):
     with served(tmp_path, port=port):
         page.wait_for_selector("#link.on")
         frames = page.evaluate("tubefoot.seen.frames")
-        page.wait_for_function(f"tubefoot.seen.frames > {frames + 5}")
+        until(lambda: page.evaluate("tubefoot.seen.frames") > frames + 5)
         page.click("#take")
         page.wait_for_selector("#start:enabled")
         assert page.is_hidden("#offline")
@@ -288,7 +288,7 @@ def test_a_page_of_another_origin_gets_nowhere_even_with_the_token(chromium, sho
 def test_accessibility_and_no_sideways_scrolling(chromium, shown, width, height):
     _, dashboard = shown
     with in_control(chromium, dashboard, width=width, height=height) as page:
-        page.wait_for_function("tubefoot.seen.frames > 3")
+        until(lambda: page.evaluate("tubefoot.seen.frames") > 3)
         assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
         assert serious_findings(page) == []
         page.click("#stop")

@@ -20,6 +20,7 @@ from tubefoot.dashboard.bulletin import Log, description, sample_row, trouble, t
 from tubefoot.dashboard.eye import Shown, angle_row
 from tubefoot.dashboard.feed import Feed, Sight
 from tubefoot.dashboard.helm import Helm
+from tubefoot.dashboard.leash import Leash
 from tubefoot.dashboard.logbook import Logbook
 from tubefoot.dashboard.motions import FingerPlans
 from tubefoot.dashboard.questions import Questions
@@ -92,9 +93,8 @@ class Session:
         self._ended = threading.Event()
         self._ready = threading.Event()
         self._fault: BaseException | None = None
-        self._stop_wanted = ""
-        self._goes_on = self._running = False
-        self._camera_fault = ""
+        self._leash = Leash(helm, self._tripped, self._ended.is_set)
+        self._line_fault = self._camera_fault = ""
         self._log = Log(feed)
         self._giving = threading.Lock()
         self._thread = threading.Thread(target=self._live, name="bench", daemon=True)
@@ -138,7 +138,7 @@ class Session:
             if self.busy:
                 raise ConfigError("the bench is busy; stop what runs, or wait for its end")
             self._busy.set()
-        self._stop_wanted = ""
+        self._leash.loosen()
         self._orders.put((order, goes_on))
 
     def stop(self, reason: str) -> None:
@@ -147,14 +147,14 @@ class Session:
         reason : for the record
         """
         if self.busy:
-            self._stop_wanted = reason
+            self._leash.pull(reason)
 
     def keep_going(self, goes_on: bool) -> None:
         """Change whether what runs goes on when the page in control is lost.
 
         goes_on : or not
         """
-        self._goes_on = goes_on
+        self._leash.goes_on = goes_on
         self.feed.tell(goes_on=goes_on)
 
     def errand(self, what: Callable[[], None]) -> None:
@@ -175,8 +175,9 @@ class Session:
             answer = f"not sent ({error}); the board stops by itself when it hears nothing"
         else:
             answer = f"sent {sent} times"
+        if not (self.feed.status.get("stop") or {}).get("tripped"):  # a page asks in two ways
+            self.note("alarm", f"emergency stop ({who}): {answer}")
         self.feed.tell(stop={"tripped": True, "who": who, "answer": answer})
-        self.note("alarm", f"emergency stop ({who}): {answer}")
         return answer
 
     def release(self) -> None:
@@ -220,11 +221,12 @@ class Session:
     def _turn(self, bench: Bench) -> None:
         """One order, or one idle frame."""
         try:
-            order, self._goes_on = self._orders.get_nowait()
+            order, self._leash.goes_on = self._orders.get_nowait()
         except queue.Empty:
             self._idle(bench)
             return
-        self.feed.tell(phase="running", order={"kind": order.kind, "text": order.text}, goes_on=self._goes_on)
+        told = {"kind": order.kind, "text": order.text}
+        self.feed.tell(phase="running", order=told, goes_on=self._leash.goes_on)
         level, said = self._run(order, bench)
         self.target_at = lambda time: NAN
         self.note(level, f"{order.text}: {said}")
@@ -233,7 +235,7 @@ class Session:
 
     def _run(self, order: Order, bench: Bench) -> tuple[str, str]:
         rig = WatchedRig(bench.rig, self._check, self.look)
-        self._running = True
+        self._leash.running = True
         try:
             return "good", order.run(self, rig)
         except TubefootError as error:
@@ -241,7 +243,7 @@ class Session:
         except Exception as error:  # the bench must outlive any order, but never silently
             return "alarm", f"unexpected {type(error).__name__}: {error}; report this with the recording"
         finally:
-            self._running = False
+            self._leash.running = False
             with contextlib.suppress(LinkError):
                 bench.rig.stop()
 
@@ -255,9 +257,10 @@ class Session:
             self.look()
             bench.rig.wait(1e-3)
             bench.rig.read()
-            self._tell_troubles()
+            self._line_fault = ""
         except LinkError as error:
-            self._tell_troubles(str(error))
+            self._line_fault = str(error)
+            self._tell_troubles()
             self._come_back(bench)
 
     def _come_back(self, bench: Bench) -> None:
@@ -267,16 +270,9 @@ class Session:
             self.note("warning", "connected again; let the finger come to rest, then zero")
 
     def _check(self) -> None:
-        """Raise when the running order is to end."""
+        """Between two frames of an order."""
         self._do_errands()
-        if self._bench is not None and self._bench.line.tripped:
-            raise SafetyStop("emergency stop")
-        if self._stop_wanted:
-            raise SafetyStop(self._stop_wanted)
-        if self._ended.is_set():
-            raise SafetyStop("the dashboard was ended")
-        if self.helm.lost and not self._goes_on:
-            raise SafetyStop(f"the page in control was not heard for {self.helm.heartbeat_s:g} s")
+        self._leash.check()
 
     def _do_errands(self) -> None:
         while self._errands:
@@ -287,21 +283,21 @@ class Session:
 
     def look(self) -> FingerReading | None:
         """Take one frame of the camera, None where there is none; without a camera a frame's time passes."""
-        bench = self.bench
-        if bench.angles is None:
-            bench.rig.wait(FRAME_S)
-            return None
+        angles, reading, fault = self.bench.angles, None, ""
         try:
-            reading = bench.angles.read()
+            if angles is None:
+                self.bench.rig.wait(FRAME_S)
+            else:
+                reading = angles.read()
         except EndOfFrames:
             fault = "the camera's frames have ended"
         except LinkError as error:
+            if angles is None:
+                raise
             fault = str(error)
-        else:
-            self._camera_fault = ""
-            return reading
         self._camera_fault = fault
-        return None
+        self._tell_troubles()
+        return reading
 
     # ---- what is seen --------------------------------------------------------------------------------------
 
@@ -310,14 +306,18 @@ class Session:
         self.feed.angle(angle_row(reading, self.target_at(reading.time_s)))
         self.feed.sight(sight)
         self.log.frame(reading, sight, self._now())
-        if self._running:
-            self._check()
+        if self._bench is not None:
+            self._bench.rig.wait(0.0)  # takes in what came, and lets go of readings that nobody waits for
+        self._leash.check()
 
     def _sampled(self, reading: Reading) -> None:
         self.feed.sample(sample_row(reading))
 
-    def _tell_troubles(self, line: str = "") -> None:
-        self.feed.tell(trouble=troubles(self.bench.rig.faults, line, self._camera_fault))
+    def _tell_troubles(self) -> None:
+        self.feed.tell(trouble=troubles(self.bench.rig.faults, self._line_fault, self._camera_fault))
+
+    def _tripped(self) -> bool:
+        return self._bench is not None and self._bench.line.tripped
 
     def tell_pages(self) -> None:
         """Say anew who is in control."""

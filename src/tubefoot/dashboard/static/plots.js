@@ -26,9 +26,9 @@ function plot(id, data, label, least, series) {
     legend: { live: false },
     cursor: { sync: { key: "time" } },
     scales: { x: { time: false }, y: { range: (_, low, high) => around(low, high, least) } },
-    series: [{ label: "time [s]", value: (_, time) => (time == null ? "–" : time.toFixed(2)) },
+    series: [{ label: "time [s]" },
       ...series.map((line) => ({ spanGaps: false, value, points: { show: false }, ...line }))],
-    axes: [{ size: 36, font: "12px sans-serif", stroke: colour("quiet"), grid: { stroke: "#e4e8ee" } },
+    axes: [{ size: 36, values: (_, ticks) => ticks.map((tick) => (tick ? `${tick} s`.replace("-", "−") : "now")), font: "12px sans-serif", stroke: colour("quiet"), grid: { stroke: "#e4e8ee" } },
       { label, size: 52, labelSize: 18, font: "12px sans-serif", labelFont: "12px sans-serif", stroke: colour("quiet"),
         grid: { stroke: "#e4e8ee" } }],
   }, data, place);
@@ -55,7 +55,9 @@ export function showRows(news) {
     now("right", number(sample[1]));
     now("left", number(sample[2]));
     now("volume", number(sample[3], 2));
-    now("pump", ["into left", "stands", "into right"][sample[4] + 1] ?? "–");
+    const pump = ["into left", "stands", "into right"][sample[4] + 1] ?? "–";
+    now("pump", pump);
+    document.getElementById("stopped-pump").textContent = pump;
   }
   if ((angle || sample) && !due) {
     due = true;
@@ -69,8 +71,8 @@ function redraw() {
   for (const [chart, data] of [[anglePlot, angles], [pressurePlot, samples]]) {
     trim(data, newest - WINDOW_S);
     chart.batch(() => {
-      chart.setData(data, false);
-      chart.setScale("x", { min: newest - WINDOW_S, max: newest });
+      chart.setData([data[0].map((time) => time - newest), ...data.slice(1)], false);
+      chart.setScale("x", { min: -WINDOW_S, max: 0 });
       chart.setScale("y", { min: null, max: null });
     });
   }
