@@ -53,8 +53,10 @@ def stages(quick: bool) -> list[Stage]:
     quick : coarser meshes and fewer states
     """
     from tubefoot.cli.demo_grasps import grasp_stages
+    from tubefoot.cli.demo_validation import validation_stage
 
-    return [*(solve_stage(case) for case in cases(quick)), print_stage(), *grasp_stages(quick)]
+    solves = [solve_stage(case) for case in cases(quick)]
+    return [*solves, print_stage(), validation_stage(), *grasp_stages(quick)]
 
 
 def judge(root: Path) -> list[Claim]:
@@ -63,8 +65,9 @@ def judge(root: Path) -> list[Claim]:
     root : directory of the runs
     """
     from tubefoot.cli.demo_grasps import judge_grasps
+    from tubefoot.cli.demo_validation import judge_validation
 
-    return [*judge_solves(root), *judge_grasps(root)]
+    return [*judge_solves(root), *judge_validation(root), *judge_grasps(root)]
 
 
 def cases(quick: bool) -> list[Case]:

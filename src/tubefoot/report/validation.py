@@ -18,6 +18,11 @@ if TYPE_CHECKING:
 FloatArray = NDArray[np.float64]
 Rows = Sequence[Mapping[str, Any]]
 
+CAPTION = (
+    "Settled states: filled while loading, hollow while unloading, the left side mirrored. Lines with bands: "
+    "mean loading stroke and its 95 % confidence (bootstrap of strokes); dashed: prediction by finite "
+    "elements. Below: difference of the two."
+)
 QUANTITIES = (("other_kpa", "pressure of the other chamber [kPa]"), ("angle_deg", "bend angle [deg]"))
 
 
@@ -43,12 +48,7 @@ def draw_validation(directory: Path) -> Picture | None:
         grid[0, 0].set_title("Pressure coupling")
         grid[0, 1].set_title("Pressure and angle")
         png, svg = save(canvas, directory, "validation", vector=True)
-    caption = (
-        "Settled states: filled while loading, hollow while unloading, the left side mirrored. Lines with "
-        "bands: mean loading stroke and its 95 % confidence (bootstrap of strokes); dashed: prediction by "
-        "finite elements. Below: difference of the two."
-    )
-    return Picture("validation", "Simulation against experiment", caption, png, svg)
+    return Picture("validation", "Simulation against experiment", CAPTION, png, svg)
 
 
 def _of(rows: Rows, name: str, *columns: str) -> list[FloatArray]:

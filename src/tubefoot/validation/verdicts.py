@@ -14,6 +14,9 @@ from tubefoot.validation.spread import Estimate
 INVERSE_SHARE = 0.95
 """Share of the steps of loading in which the other pressure must fall."""
 LEAST_R_SQUARED = 0.99
+LEAST_ANGLE_DEG, LEAST_SUCTION_KPA = 0.5, 1.0
+"""Smaller offsets are none: a virtual bench without any cause shows 0.11 deg and 0.37 kPa, the error of the
+reduced finger (docs/verification.md)."""
 FIGURE = "validation"
 
 
@@ -97,12 +100,13 @@ def judge_offsets(comparisons: Sequence[Comparison]) -> Claim:
         numbers |= _interval(f"suction_offset_{one.recording}_kpa", suction)
         numbers[f"angle_ratio_{one.recording}"] = one.figures["angle_ratio_high"].value
         numbers[f"suction_ratio_{one.recording}"] = one.figures["suction_ratio_high"].value
-        parts += [angle.high < 0, suction.low > 0]
+        parts += [angle.high < -LEAST_ANGLE_DEG, suction.low > LEAST_SUCTION_KPA]
     return Claim(
         "C9",
         "Experiments lie below FEA in angle, and the measured negative pressure is smaller than predicted",
-        "at high loads (above two thirds of the largest pressure) the angle is below and the suction smaller "
-        "than predicted at the same pressure, with their whole 95 % intervals, in every recording",
+        "at high loads (above two thirds of the largest pressure) the angle is below the prediction at the "
+        f"same pressure by more than {LEAST_ANGLE_DEG:g} deg and the suction smaller by more than "
+        f"{LEAST_SUCTION_KPA:g} kPa, with their whole 95 % intervals, in every recording",
         verdict_of(parts),
         numbers,
         FIGURE,

@@ -77,6 +77,15 @@ def hidden_bench(seed: int, units: int) -> BenchSettings:
     return drawn.model_copy(update={"finger": finger.model_copy(update={**bubbles, "units": units})})
 
 
+def bonded_bench() -> BenchSettings:
+    """The nominal bench with all the causes that the paper names: seam, bubbles, air columns, losses.
+
+    The wall relaxes too. The same as examples/benches/bonded.toml.
+    """
+    table = {"finger": {"seam_stiffening": 0.15, "bubble_right_ml": 0.05, "bubble_left_ml": 0.05}}
+    return parse_settings(table, BenchSettings, source="bonded bench")
+
+
 def causeless_bench(units: int) -> BenchSettings:
     """The ideal bench: the nominal print without seam, creep, bubbles or air, and sensors without error.
 
