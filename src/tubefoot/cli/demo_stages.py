@@ -53,10 +53,10 @@ def stages(quick: bool) -> list[Stage]:
     quick : coarser meshes and fewer states
     """
     from tubefoot.cli.demo_grasps import grasp_stages
-    from tubefoot.cli.demo_validation import validation_stage
+    from tubefoot.cli.demo_validation import validation_stages
 
     solves = [solve_stage(case) for case in cases(quick)]
-    return [*solves, print_stage(), validation_stage(), *grasp_stages(quick)]
+    return [*solves, print_stage(), *validation_stages(), *grasp_stages(quick)]
 
 
 def judge(root: Path) -> list[Claim]:

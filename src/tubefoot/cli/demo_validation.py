@@ -16,8 +16,8 @@ BLOCKS = 16
 """Blocks of both experiments, by which progress is told."""
 
 
-def validation_stage() -> Stage:
-    """A stage that runs two virtual experiments and compares them; its solves lie beside its directory."""
+def validation_stages() -> list[Stage]:
+    """One stage that runs two virtual experiments and compares them; the solves lie beside its directory."""
     from tubefoot.cli.demo_stages import Stage
 
     def run(directory: Path, tell: Tell) -> None:
@@ -41,7 +41,7 @@ def validation_stage() -> Stage:
         draw_validation(directory)
         record.finish(**{claim.id: claim.verdict for claim in found.claims})
 
-    return Stage(NAME, 20.0, run)
+    return [Stage(NAME, 20.0, run)]
 
 
 def judge_validation(root: Path) -> list[Claim]:
