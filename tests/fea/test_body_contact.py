@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from probe import DenseSink
 
 from mapped_box import mapped_box
-from probe import DenseSink
 from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.body_contact import BodyContact, Touch
 from tubefoot.fea.drive import Control
@@ -47,7 +47,8 @@ def test_residual_and_tangent_are_derivatives_of_the_energy():
     direction = np.random.default_rng(0).standard_normal(mesh.points.size)
     small = 1e-6
     found, sink = evaluate(contact, unknowns)
-    assert found.energy > 0.0 and found.min_gap < 0.05
+    assert found.energy > 0.0
+    assert found.min_gap < 0.05
     above, below = (evaluate(contact, unknowns + s * small * direction) for s in (1, -1))
     work = (above[0].energy - below[0].energy) / (2 * small)
     assert sink.residual @ direction == pytest.approx(work, rel=1e-6)
@@ -67,12 +68,13 @@ def test_forces_on_both_bodies_cancel_and_follow_the_normal_of_the_object():
     assert couple[0] == pytest.approx(0.0, abs=1e-9)
     # The quarter ball bulges towards +x at y > 0, so the flat wall pushes it back and towards -y.
     force, _ = contact.resultant(state)
-    assert force[0] < 0.0 and force[1] < 0.0
+    assert force[0] < 0.0
+    assert force[1] < 0.0
     assert force[2] == pytest.approx(0.0, abs=1e-6 * abs(force[0]))
 
 
 def test_nothing_acts_beyond_the_reach_and_the_gap_is_seen():
-    mesh, contact, unknowns = pressed(gap=0.4)
+    mesh, contact, _ = pressed(gap=0.4)
     state = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
     contact.look(state)
     assert np.abs(contact.forces(state)).max() == 0.0
@@ -82,7 +84,7 @@ def test_nothing_acts_beyond_the_reach_and_the_gap_is_seen():
     assert contact.clearance(state, 0.2) == np.inf
 
 
-def held(mesh, thing_points, wall_points):
+def held(mesh, wall_points):
     across, cut = (mesh.facet_set(f"object_{name}").points for name in ("middle", "cut"))
     return {
         0: np.r_[across, wall_points],
@@ -104,7 +106,7 @@ def squeezed(mesh, laws, push, steps, barrier):
     contact = BodyContact(mesh, ["x_min"], "object_skin", barrier=barrier)
     far = mesh.facet_set("x_max").points
     hold = MeanHold(mesh.facet_set("object_middle").points, 2, 10.0)
-    model = Model(mesh, [wall, thing], held(mesh, None, far), others=[contact, hold])
+    model = Model(mesh, [wall, thing], held(mesh, far), others=[contact, hold])
     state = model.rest()
     for share in np.linspace(0.0, 1.0, steps + 1)[1:]:
         state = state.copy()
@@ -114,7 +116,7 @@ def squeezed(mesh, laws, push, steps, barrier):
 
 
 def test_a_stiff_block_compresses_a_soft_box_as_the_closed_form_says():
-    """F = E A (1 - s^3) / (3 s) ... for a neo-Hookean bar: nominal stress mu (s - 1 / s^2) at stretch s."""
+    """Nominal stress mu (s - 1 / s^2) of a neo-Hookean bar at stretch s, nearly incompressible."""
     box = object_mesh((8.0, 6.0, 6.0), (), 2.0, edge_radius=0.05)
     law = OgdenLaw.elastic(0.03, 0.49)
     barrier = Barrier(reach=0.02, stiffness=10.0, depth=3.0, ahead=4.0)

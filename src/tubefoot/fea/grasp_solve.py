@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError
 from tubefoot.fea.equilibrium import Step
@@ -17,12 +19,14 @@ from tubefoot.fea.grasp_settings import GraspSettings
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.recorder import Progress, Recorder, SolveResult, record
-from tubefoot.fea.waypoints import walk
+from tubefoot.fea.waypoints import Observer, walk
 from tubefoot.records import Run, read_table, write_json
 from tubefoot.units import ATMOSPHERE_MPA, ML
 
 OPENING = 4.0
 """Longest step while the finger opens, over that while it closes."""
+NEAR_MM, LEFT = 0.5, 0.3
+"""Gap from which the finger closes in short steps [mm], and the share of a gap that a long one leaves."""
 MODELLED_VOLUME = HALF * ML
 """From mL of the whole finger to the path parameter."""
 
@@ -149,10 +153,33 @@ class _Walker:
             path.steps[-1] = replace(last, state=self.grasp.placed(last.state))
             self._require_room(path.steps[-1])
             self.subject.placed = True
+        path.end_reason = self._approach(path, stride, observe) or ""
+        if path.end_reason:
+            return path
         done = path.steps[-1].state.parameter
         stations = [q for ml in settings.states_ml if (q := ml * MODELLED_VOLUME) > done + 1e-9]
         path.end_reason = walk(model, path, stations, stride, observe) or "grasp reached"
         return path
+
+    def _approach(self, path: SolvedPath, stride: float, observe: Observer) -> str | None:
+        """Close in long steps while the object is far; why the path ended, if it did."""
+        goal = self.grasp.settings.states_ml[0] * MODELLED_VOLUME
+        before: tuple[float, float] | None = None
+        while True:
+            here, gap = path.steps[-1].state.parameter, self.grasp.clearance(path.steps[-1].state)
+            if gap < NEAR_MM:
+                return None
+            step = OPENING / 2.0 * stride
+            if before is not None and np.isfinite(before[1]) and before[1] > gap:
+                step = min(step, (1.0 - LEFT) * gap * (here - before[0]) / (before[1] - gap))
+            elif np.isfinite(gap):
+                step = min(step, stride)
+            target = min(goal, here + step)
+            if target <= here + 1e-9 * stride:
+                return None
+            before = (here, gap)
+            if stop := walk(self.grasp.model, path, [target], OPENING * stride, observe):
+                return stop
 
     def _require_room(self, step: Step) -> None:
         gap = self.grasp.clearance(step.state)
