@@ -41,7 +41,7 @@ class Column(Settings):
     name: str = Field(min_length=1)
     """header in the file; with header_rows = 0 the number of the column, from 1"""
     unit: str
-    """kPa, mbar, psi, deg, rad, ms, ... (docs/validation.md lists them)"""
+    """kPa, mbar, psi, deg, rad, ms, ...; the error of an unknown one lists those that are known"""
     sign: Literal[1, -1] = 1
     """-1 where the source counts the other way"""
 
