@@ -1,37 +1,35 @@
 """Closed-loop bending over a population of virtual benches: the paper's controller beside ours.
 
 `python -m benchmarks control` runs the first benches of the verdict; with both controllers on all 200,
-`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in half an hour
-(`--resume` goes on where it was stopped).
+`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in less than an hour
+(`--resume` goes on where it was stopped, `--tuning` takes the benches for tuning and writes no table).
 Angles come without pixels, the firmware runs as its native core; figures are of the true angle.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from benchmarks.row import Row
-from tubefoot.control.adaptive import AdaptiveController
-from tubefoot.control.creep import creep_law
+from tubefoot.control.choice import step_controller
+from tubefoot.control.creep import CreepLaw, creep_law
 from tubefoot.control.loop import BendLoop
-from tubefoot.control.paper import PaperController
 from tubefoot.control.settings import BendSettings
 from tubefoot.control.trace import step_figures
 from tubefoot.lab.sensing import measure_neutral
-from tubefoot.lab.settings import LimitSettings, RigSettings
 from tubefoot.records import read_table, write_table
 from tubefoot.reduced.files import reference_file
 from tubefoot.twin.bench import VirtualBench
-from tubefoot.twin.population import VERDICT_SEEDS, drawn_bench
-from tubefoot.units import DEG, KPA
+from tubefoot.twin.population import TUNING_SEEDS, VERDICT_SEEDS, drawn_bench
+from tubefoot.units import DEG
 
 TABLE = Path(__file__).parent / "data" / "control_population.csv"
-PRESSURE_KPA = 90.0
-"""Limits of the rig, either way: stiff prints need more than the 60 kPa of a rig file's defaults."""
 FEW = 12
 TARGET_DEG = 30.0
 CONTROLLERS = ("paper", "adaptive")
@@ -42,15 +40,14 @@ def run() -> list[Row]:
     return verdict(rows)
 
 
-def bench_rows(seed: int, name: str, pressure_kpa: float = PRESSURE_KPA) -> list[dict[str, Any]]:
-    """To 30 deg and back on one bench of the population; one row a motion."""
-    limits = LimitSettings(pressure_low_kpa=-pressure_kpa, pressure_high_kpa=pressure_kpa)
-    with VirtualBench(drawn_bench(seed), seed, "native", rig_settings=RigSettings(limits=limits)) as bench:
+def bench_rows(seed: int, name: str) -> list[dict[str, Any]]:
+    """To 30 deg and back on one bench of the population, limits of the rig file; one row a motion."""
+    with VirtualBench(drawn_bench(seed), seed, "native") as bench:
         bench.rig.connect()
         measure_neutral(bench.rig)
         bench.angles.open()
         settings = BendSettings()
-        controller = controller_of(name, settings, bench.rig_settings)
+        controller = step_controller(name, reference_law(), bench.rig_settings, settings)
         loop = BendLoop(
             bench.rig, bench.angles, settings, further=lambda: {"true_deg": bench.truth().bend / DEG}
         )
@@ -67,15 +64,11 @@ def bench_rows(seed: int, name: str, pressure_kpa: float = PRESSURE_KPA) -> list
     return rows
 
 
-def controller_of(
-    name: str, settings: BendSettings, rig: RigSettings
-) -> PaperController | AdaptiveController:
-    if name == "paper":
-        return PaperController(0.0, settings.goal, settings.paper)
+@cache
+def reference_law() -> CreepLaw:
+    """What the controllers know of the 12-unit reference finger."""
     reference = reference_file()
-    law = creep_law(reference.to_finger(), reference.to_prony())
-    most = rig.rig_limits().pressure_high - settings.planned_margin_kpa * KPA
-    return AdaptiveController(0.0, law, rig.pump, most, settings.goal, settings.adaptive)
+    return creep_law(reference.to_finger(), reference.to_prony())
 
 
 def true_figures(rows: list[dict[str, Any]], target_deg: float) -> dict[str, float]:
@@ -132,16 +125,17 @@ def _settled(row: dict[str, Any]) -> bool:
     return str(row["settled"]).lower() == "true"
 
 
-def run_all(pressure_kpa: float, path: Path, resumed: bool) -> None:
-    """All benches of the verdict, the table written after each; rows in a given table are not run again."""
-    rows = read_table(path) if resumed and path.exists() else []
+def run_all(seeds: Sequence[int], path: Path | None, resumed: bool) -> None:
+    """All given benches, the table written after each; rows in a given table are not run again."""
+    rows = read_table(path) if path and resumed and path.exists() else []
     done = {(row["seed"], row["controller"]) for row in rows}
-    for seed in VERDICT_SEEDS:
+    for seed in seeds:
         for name in CONTROLLERS:
             if (seed, name) in done:
                 continue
-            rows += bench_rows(seed, name, pressure_kpa)
-            write_table(path, rows)
+            rows += bench_rows(seed, name)
+            if path:
+                write_table(path, rows)
             print(seed, name, flush=True)
     for row in verdict(rows):
         print(f"{row.name:<55} {row.ours:8.3f} {row.other or 0:8.3f}  {row.note}")
@@ -149,4 +143,6 @@ def run_all(pressure_kpa: float, path: Path, resumed: bool) -> None:
 
 if __name__ == "__main__":
     if "--all" in sys.argv:
-        run_all(PRESSURE_KPA, TABLE, "--resume" in sys.argv)
+        run_all(VERDICT_SEEDS, TABLE, "--resume" in sys.argv)
+    if "--tuning" in sys.argv:
+        run_all(TUNING_SEEDS[:FEW], None, False)

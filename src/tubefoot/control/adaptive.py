@@ -2,11 +2,11 @@
 
 A soft finger with trapped air creeps long after a pulse. So each decision looks at the angle to come, not
 at the present one: `crowd.py` learns the bench from angle and pressures, `foresight.py` tells what it will
-do. A long pulse fills the chamber until the creep alone will bring the finger to the target a little later; its
-duty follows the pressure that is foreseen, and it ends as soon as enough fluid is in place. When the creep
-arrives, a short pulse back stops it: of all short pulses the one whose path over the coming hold strays least
-from the target. It is given only when that leaves the finger within the hold's tolerance, or when it would
-overshoot otherwise.
+do. A long pulse fills the chamber until the creep alone will bring the finger to the target a little later;
+its duty follows the pressure that is foreseen, and it ends as soon as enough fluid is in place. When the
+creep arrives, a short pulse back stops it: of all short pulses the one whose path over the coming hold strays
+least from the target. It is given only when that leaves the finger within the hold's tolerance, or when it
+would overshoot otherwise.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ LOOK_S = 0.06
 """While the finger creeps, a decision is due no sooner than that after the last."""
 SHORTEST_S = 3e-3
 """Of a pulse."""
-SURE, GAIN = 0.85, 0.4
+SURE, GAIN = 0.9, 0.4
 """Shares of the tolerance: what a correction may leave at most, what it must gain at least."""
 ROOM = 0.2
 """A long pulse begins when the pressure limit lets so much of it happen."""
@@ -52,9 +52,9 @@ TRIM_SHARES = np.array([0.06, 0.15, 0.3, 0.6, 1.0])
 """Short pulses that are tried either way, over the longest."""
 TRIED = 121
 """Short pulses between them."""
-DELAYS_S = (0.4, 0.7, 1.0)
+DELAYS_S = (0.4, 0.7, 1.0, 1.3, 1.6, 2.0)
 """Times after a pulse back at which a hold may begin."""
-WAITS_S = (0.3, 0.6, 0.9)
+WAITS_S = (0.3, 0.6, 0.9, 1.2)
 """Times after which a hold that needs no pulse is waited for."""
 NEAR_S = 1.2
 """How long the finger shall stay near the target after a pulse back where no hold can follow yet."""
@@ -66,12 +66,12 @@ DUTIES = 5
 
 @dataclass(frozen=True)
 class Fill:
-    """A long pulse: direction, duty, duration [s]; whether the pressure limit lets it happen."""
+    """A long pulse: direction, duty, duration [s], highest pressure that it will make [MPa]."""
 
     direction: int
     duty: float
     duration: float
-    fits: bool
+    peak: float
 
 
 class AdaptiveController:
@@ -186,7 +186,9 @@ class AdaptiveController:
         """A long pulse that lets the creep arrive, as fast as the pressure limit allows."""
         settings = self.settings
         fill = self._fastest(seen, self._way, settings.fill_duty_min)
-        if max(seen.pressures) > LOADED * self._pressure_limit and not fill.fits:
+        now = max(seen.pressures)
+        room, needed = self._pressure_limit - now, fill.peak - now
+        if now > LOADED * self._pressure_limit and room < ROOM * needed:
             return Wait("the pressure relaxes", pressed=True)
         if fill.duration * fill.duty < 0.5 * settings.trim_max_s * settings.trim_duty:
             return self._trim(fill.direction * fill.duration * fill.duty / settings.trim_duty)
@@ -214,19 +216,18 @@ class AdaptiveController:
         plans = [Planned(direction, float(duty), float(last)) for duty in duties for last in FILLS_S]
         paths = self._foresee(seen, plans, FILLS_S[-1] + settings.arrive_s)
         ahead = np.linspace(0.0, settings.arrive_s, 8)
-        for number, duty in enumerate(duties):
+        for number in range(DUTIES):
             rows = slice(number * len(FILLS_S), (number + 1) * len(FILLS_S))
             mine = Paths(paths.bends[rows], paths.pressures[rows])
             reached = [
-                direction * (float((direction * mine.bend_at(last + ahead)[k]).max()))
-                for k, last in enumerate(FILLS_S)
+                float((direction * mine.bend_at(last + ahead)[k]).max()) for k, last in enumerate(FILLS_S)
             ]
-            missing = direction * (self._goal.target - np.array(reached)) + settings.arrive_deg * DEG
+            missing = direction * self._goal.target - np.array(reached) + settings.arrive_deg * DEG
             duration = float(np.interp(0.0, -missing, FILLS_S))
             peak = float(np.interp(duration, FILLS_S, mine.pressures.max(axis=1)))
             if peak < self._pressure_limit:
-                return Fill(direction, float(duty), duration, True)
-        return Fill(direction, float(duty), duration, False)
+                break
+        return Fill(direction, float(duties[number]), duration, peak)
 
     def _trim(self, duration: float) -> Command:
         """A short pulse; duration : signed by its direction [s]."""
@@ -243,7 +244,7 @@ class AdaptiveController:
         shares = settings.trim_max_s * TRIM_SHARES
         trims = np.concatenate([[0.0], shares, -shares])
         plans = [Planned(1 if trim >= 0 else -1, settings.trim_duty, abs(trim)) for trim in trims]
-        return trims, self._foresee(seen, plans, max(self._window(settings.trim_ahead_s)[-1], DELAYS_S[-1]))
+        return trims, self._foresee(seen, plans, self._window(DELAYS_S[-1])[-1])
 
     def _best(
         self, trims: FloatArray, paths: Paths, delay: float, lasts: float | None = None
@@ -261,7 +262,10 @@ class AdaptiveController:
         return float(tried[best]), float(astray[best])
 
     def _turned_back(self, trims: FloatArray, paths: Paths, tolerance: float) -> float:
-        """The short pulse against an overshoot, signed [s]: a hold is to follow as soon as it can be."""
+        """The short pulse against an overshoot, signed [s]: a hold is to follow as soon as it can be.
+
+        Where none can yet, it keeps the finger near, so that it goes on relaxing.
+        """
         for delay in DELAYS_S:
             duration, left = self._best(trims, paths, delay)
             if left <= SURE * tolerance:

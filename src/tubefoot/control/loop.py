@@ -10,17 +10,18 @@ from __future__ import annotations
 import contextlib
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from tubefoot.control.contract import Command, Controller, Finished, Measurement, Pulse, Stop, Wait
 from tubefoot.control.guard import AnswerCheck, PressureGuard
+from tubefoot.control.motion import Motion as Motion
+from tubefoot.control.motion import MotionState, blind_row, seen_row
 from tubefoot.control.settings import BendSettings
 from tubefoot.errors import LinkError, SafetyStop
 from tubefoot.lab.messages import Fault
 from tubefoot.lab.recorder import Recorder
 from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
-from tubefoot.units import DEG, KPA, ML
+from tubefoot.units import ML
 from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.camera import EndOfFrames
 from tubefoot.vision.finger import FingerReading
@@ -31,26 +32,6 @@ CLEARED_MAX = 10
 
 END_HEARD_S, END_POLL_S = 0.1, 2e-3
 """How long the end of a stopped pulse is waited for, and in which steps [s]."""
-
-STOP_S, OLD_SAMPLE_S = 0.08, 0.2
-"""A pressure is extrapolated to the next decision and the motor's end, from samples no further apart [s]."""
-
-
-@dataclass
-class Motion:
-    """One motion, from its begin to its end.
-
-    rows : of the trace, one a frame; settled : whether the goal was met; reason : why it ended
-    pulses : how often the pump ran; began, ended : on the rig's clock [s]
-    """
-
-    controller: str
-    began: float
-    ended: float = math.nan
-    settled: bool = False
-    reason: str = ""
-    pulses: int = 0
-    rows: list[dict[str, Any]] = field(default_factory=list)
 
 
 class BendLoop:
@@ -92,7 +73,7 @@ class BendLoop:
         timed : whether the goal's limits of time and pulses hold; a trajectory has its own end
         """
         motion = Motion(controller.name, self._rig.clock.now())
-        state = _State(AnswerCheck(self._settings.guard), motion.began, volume_foreseen, part, timed)
+        state = MotionState(AnswerCheck(self._settings.guard), motion.began, volume_foreseen, part, timed)
         state.volume_at_start = self._rig.read().pumped_volume
         try:
             while not motion.reason:
@@ -112,7 +93,7 @@ class BendLoop:
 
     # ---- one cycle -----------------------------------------------------------------------------------------
 
-    def _cycle(self, controller: Controller, motion: Motion, state: _State) -> None:
+    def _cycle(self, controller: Controller, motion: Motion, state: MotionState) -> None:
         reading = self._look(state)
         sample = self._rig.read()
         now = self._rig.clock.now()
@@ -130,11 +111,12 @@ class BendLoop:
         command = self._within_limits(command, sample, state, now)
         self._obey(command, sample, motion, state)
         target = controller.target_at(seen.seen_at)
-        row = self._row(seen, target, sample, motion, state, command)
-        motion.rows.append(row)
-        self._watch(row)
+        row = seen_row(seen, target, sample, motion, state, command)
+        self._keep(row, motion)
+        if isinstance(command, Pulse | Stop | Finished):
+            self._record(seen, row, motion.controller)
 
-    def _look(self, state: _State) -> FingerReading | None:
+    def _look(self, state: MotionState) -> FingerReading | None:
         """The next reading; None when the camera delivers nothing."""
         try:
             return self._angles.read()
@@ -145,7 +127,7 @@ class BendLoop:
             return None
 
     def _measured(
-        self, reading: FingerReading | None, sample: Reading, now: float, state: _State
+        self, reading: FingerReading | None, sample: Reading, now: float, state: MotionState
     ) -> Measurement | None:
         """What the controller sees; None for a frame that does not tell the angle."""
         if reading is None or reading.lost or not math.isfinite(reading.bend):
@@ -169,11 +151,11 @@ class BendLoop:
             state.held_back,
         )
 
-    def _just_sent(self, state: _State) -> int:
+    def _just_sent(self, state: MotionState) -> int:
         """Direction of a pulse that began after the newest sample, 0 where there is none."""
         return state.direction if self._rig.last_pulse is None else 0
 
-    def _while_blind(self, now: float, sample: Reading, motion: Motion, state: _State) -> None:
+    def _while_blind(self, now: float, sample: Reading, motion: Motion, state: MotionState) -> None:
         """No angle in this frame: stop the pump soon, wait, give up in the end."""
         guard, blind = self._settings.guard, now - state.sighted
         if blind > guard.blind_s and sample.direction:
@@ -181,9 +163,9 @@ class BendLoop:
             self._event("pump stopped", reason=state.why_blind)
         if blind > guard.patience_s:
             motion.reason = f"blind for {blind:.1f} s: {state.why_blind}"
-        self._note_lost(now, sample, motion, state)
+        self._keep(blind_row(now, sample, motion, state), motion)
 
-    def _stopped_by_fault(self, sample: Reading, motion: Motion, state: _State) -> bool:
+    def _stopped_by_fault(self, sample: Reading, motion: Motion, state: MotionState) -> bool:
         """Whether the board has a fault: one of pressure is waited out, any other ends the motion."""
         faults = sample.faults
         if not faults:
@@ -200,12 +182,12 @@ class BendLoop:
         self._event("cleared", faults=fault_names(faults))
         return True
 
-    def _pressed_too_long(self, motion: Motion, state: _State, pressures: tuple[float, float]) -> bool:
+    def _pressed_too_long(self, motion: Motion, state: MotionState, pressures: tuple[float, float]) -> bool:
         if state.pressed_s > self._settings.guard.pressed_max_s:
             motion.reason = _out_of_reach(self._guard.describe(pressures), state.pressed_s)
         return True
 
-    def _given_up(self, seen: Measurement, motion: Motion, state: _State) -> Command | None:
+    def _given_up(self, seen: Measurement, motion: Motion, state: MotionState) -> Command | None:
         """The end of a motion that does not come to an end by itself."""
         goal, guard = self._settings.goal, self._settings.guard
         passed = seen.time - motion.began
@@ -228,7 +210,7 @@ class BendLoop:
             return Finished(False, f"not settled with {goal.pulses_max} pulses")
         return None
 
-    def _within_limits(self, command: Command, sample: Reading, state: _State, now: float) -> Command:
+    def _within_limits(self, command: Command, sample: Reading, state: MotionState, now: float) -> Command:
         """The command, unless the pressure limits forbid it."""
         right, left = sample.gauge_pressures[:2]
         soon = state.extrapolated(sample)
@@ -252,7 +234,7 @@ class BendLoop:
             state.rest(now)
         return command
 
-    def _obey(self, command: Command, sample: Reading, motion: Motion, state: _State) -> None:
+    def _obey(self, command: Command, sample: Reading, motion: Motion, state: MotionState) -> None:
         match command:
             case Finished():
                 motion.settled, motion.reason = command.settled, command.reason
@@ -285,108 +267,22 @@ class BendLoop:
 
     # ---- the record ----------------------------------------------------------------------------------------
 
-    def _row(
-        self,
-        seen: Measurement,
-        target: float,
-        sample: Reading,
-        motion: Motion,
-        state: _State,
-        command: Command,
-    ) -> dict[str, Any]:
-        note = command.reason if isinstance(command, Finished) else command.note
-        row = {
-            "time_s": seen.time - motion.began,
-            "seen_at_s": seen.seen_at - motion.began,
-            "part": state.part,
-            "target_deg": target / DEG,
-            "bend_deg": seen.bend / DEG,
-            "error_deg": (target - seen.bend) / DEG,
-            "sigma_deg": seen.sigma / DEG,
-            **_bench_columns(sample, motion, state),
-            "command": type(command).__name__.lower(),
-            "note": note.splitlines()[0] if note else "",
-            **self._further(),
-        }
-        if self._recorder is not None and (isinstance(command, Pulse | Stop | Finished)):
-            values = {key: row[key] for key in ("command", "note", "bend_deg", "target_deg", "pulses")}
-            self._recorder.decision(seen.time, motion.controller, values)
-        return row
-
-    def _note_lost(self, now: float, sample: Reading, motion: Motion, state: _State) -> None:
-        row = {
-            "time_s": now - motion.began,
-            "part": state.part,
-            **_bench_columns(sample, motion, state),
-            "command": "blind",
-            "note": state.why_blind.splitlines()[0],
-            **self._further(),
-        }
+    def _keep(self, row: dict[str, Any], motion: Motion) -> None:
+        """Put a row into the trace, with what else is known, and show it."""
+        row |= self._further()
         motion.rows.append(row)
         self._watch(row)
+
+    def _record(self, seen: Measurement, row: dict[str, Any], controller: str) -> None:
+        """Tell the recorder of a decision."""
+        if self._recorder is not None:
+            values = {key: row[key] for key in ("command", "note", "bend_deg", "target_deg", "pulses")}
+            self._recorder.decision(seen.time, controller, values)
 
     def _event(self, name: str, **detail: str) -> None:
         if self._recorder is not None:
             with contextlib.suppress(LinkError):
                 self._recorder.event(self._rig.clock.now(), name, **detail)
-
-
-@dataclass
-class _State:
-    """What the loop remembers during one motion."""
-
-    answers: AnswerCheck
-    sighted: float
-    volume_foreseen: float
-    part: str
-    timed: bool = True
-    oldest_s: float = 0.3
-    why_blind: str = ""
-    held_back: bool = False
-    pressed_s: float = 0.0
-    pressed_since: float = math.nan
-    cleared: int = 0
-    duty: float = 0.0
-    direction: int = 0
-    before: Reading | None = None
-    last_pulse: float = -math.inf
-    volume_at_start: float = 0.0
-
-    def press(self, now: float) -> None:
-        """The limits hold the motion back now [s]."""
-        if math.isfinite(self.pressed_since):
-            self.pressed_s += now - self.pressed_since
-        self.pressed_since = now
-
-    def rest(self, now: float) -> None:
-        """They do not, now [s]."""
-        self.pressed_since = math.nan
-
-    def extrapolated(self, sample: Reading) -> tuple[float, float]:
-        """Right and left gauge pressure when a stop would take effect [MPa]; sample : the newest."""
-        before, self.before = self.before, sample
-        right, left = sample.gauge_pressures[:2]
-        if before is None or not 1e-3 < sample.time - before.time < OLD_SAMPLE_S:
-            return right, left
-        share = STOP_S / (sample.time - before.time)
-        return right + share * (right - before.gauge_pressures[0]), left + share * (
-            left - before.gauge_pressures[1]
-        )
-
-    def hopeless(self, now: float) -> bool:
-        """Whether the last pulse was long ago, with none to come."""
-        return now - self.last_pulse > 10.0
-
-
-def _bench_columns(sample: Reading, motion: Motion, state: _State) -> dict[str, Any]:
-    return {
-        "pressure_right_kpa": sample.pressures[0] / KPA,
-        "pressure_left_kpa": sample.pressures[1] / KPA,
-        "pumped_volume_ml": sample.pumped_volume / ML,
-        "direction": sample.direction,
-        "duty": state.duty if sample.direction else 0.0,
-        "pulses": motion.pulses,
-    }
 
 
 def _out_of_reach(where: str, seconds: float) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from tubefoot.control.loop import Motion
+from tubefoot.control.motion import Motion
 
 COLUMNS = (
     "time_s",

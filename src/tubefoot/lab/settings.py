@@ -75,8 +75,8 @@ class PumpSettings(Settings):
 class LimitSettings(Settings):
     """What the bench may do; the board enforces pressures, duty, duration and silence by itself."""
 
-    pressure_low_kpa: float = Field(default=-60.0, ge=-100.0, lt=0.0)
-    """Lowest gauge pressure of any branch."""
+    pressure_low_kpa: float = Field(default=-90.0, ge=-100.0, lt=0.0)
+    """Lowest gauge pressure of any branch; see the highest."""
     pressure_high_kpa: float = Field(default=90.0, gt=0.0, le=100.0)
     """Highest gauge pressure of any branch: what fast pumping needs, docs/decisions/0005-relaxation.md."""
     duty_max: float = Field(default=1.0, gt=0.0, le=1.0)
