@@ -24,7 +24,7 @@ def draw_bending(directory: Path) -> Picture | None:
 
     directory : of a `bend` run; motions follow each other on one time axis
     """
-    rows = _on_one_axis(read_table(directory / "bend.csv"))
+    rows = on_one_axis(read_table(directory / "bend.csv"))
     if not any(isinstance(row["bend_deg"], float) for row in rows):
         return None
     from matplotlib import pyplot
@@ -46,8 +46,11 @@ def draw_bending(directory: Path) -> Picture | None:
     return Picture("bend", "Closed-loop bending", caption, png, svg)
 
 
-def _on_one_axis(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The rows with `at`, their time since the first motion began."""
+def on_one_axis(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows with `at`, their time since the first motion began [s].
+
+    rows : of `bend.csv`
+    """
     start, last, found = 0.0, 0.0, []
     part = rows[0]["part"] if rows else ""
     for row in rows:
@@ -68,34 +71,38 @@ def _band(directory: Path) -> float:
     return float(settings.get("bend", {}).get("goal", {}).get("band_deg", 1.0))
 
 
-def _column(rows: list[dict[str, Any]], name: str) -> FloatArray:
+def column(rows: list[dict[str, Any]], name: str) -> FloatArray:
+    """(n,) numbers of a column, nan where a cell holds none.
+
+    rows : of a table; name : of the column
+    """
     return np.array([row[name] if isinstance(row[name], float) else np.nan for row in rows])
 
 
 def _draw_angle(axes: Axes, rows: list[dict[str, Any]], band: float) -> None:
-    at, target = _column(rows, "at"), _column(rows, "target_deg")
+    at, target = column(rows, "at"), column(rows, "target_deg")
     axes.fill_between(at, target - band, target + band, color="#dddddd", linewidth=0)
     axes.plot(at, target, color="#777777", linewidth=1.0, label="target")
-    axes.plot(at, _column(rows, "bend_deg"), color=COLOURS[0], label="measured")
-    pulses = _column(rows, "pulses")
+    axes.plot(at, column(rows, "bend_deg"), color=COLOURS[0], label="measured")
+    pulses = column(rows, "pulses")
     begun = np.flatnonzero(np.diff(pulses, prepend=0.0) > 0)
     if len(begun) <= 60:
-        axes.plot(at[begun], _column(rows, "bend_deg")[begun], "o", color=COLOURS[1], label="pulse begins")
+        axes.plot(at[begun], column(rows, "bend_deg")[begun], "o", color=COLOURS[1], label="pulse begins")
     axes.set_ylabel("bend angle [deg]")
     axes.legend(frameon=False, loc="best")
 
 
 def _draw_pump(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    drive = _column(rows, "direction") * _column(rows, "duty")
-    axes.fill_between(_column(rows, "at"), drive, step="pre", color=COLOURS[1], linewidth=0)
+    drive = column(rows, "direction") * column(rows, "duty")
+    axes.fill_between(column(rows, "at"), drive, step="pre", color=COLOURS[1], linewidth=0)
     axes.set_ylim(-1.05, 1.05)
     axes.set_ylabel("pump duty\n(forward up)")
 
 
 def _draw_pressures(axes: Axes, rows: list[dict[str, Any]]) -> None:
-    at = _column(rows, "at")
-    axes.plot(at, _column(rows, "pressure_right_kpa"), color=COLOURS[0], label="right")
-    axes.plot(at, _column(rows, "pressure_left_kpa"), color=COLOURS[0], linestyle="--", label="left")
+    at = column(rows, "at")
+    axes.plot(at, column(rows, "pressure_right_kpa"), color=COLOURS[0], label="right")
+    axes.plot(at, column(rows, "pressure_left_kpa"), color=COLOURS[0], linestyle="--", label="left")
     axes.axhline(0.0, color="#9a9a9a", linewidth=0.7, zorder=0.5)
     axes.set_ylabel("pressure [kPa]")
     axes.legend(frameon=False, loc="best")

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from tubefoot.errors import ConfigError
+from tubefoot.report.bends import draw_bends
 from tubefoot.report.curves import draw_curves
 from tubefoot.report.kept import kept_pictures
 from tubefoot.report.look import Picture
@@ -49,6 +50,8 @@ def draw_pictures(runs: Sequence[RunRecord], directory: Path, say: Say = print) 
     if solves:
         _draw_solves(solves, directory, gallery, say)
     others = [run for run in runs if not run.is_solve]
+    if (bends := draw_bends(others, directory)) is not None:
+        gallery.pictures.append(bends)
     gallery.pictures += kept_pictures(others, gallery.keys)
     return gallery
 
