@@ -1,6 +1,6 @@
 """How force and patch of a grasp depend on the mesh: a three-unit finger on a soft box and on a ball.
 
-`python -m benchmarks.grasp_refinement [--sizes-mm 4 3 2] [--out DIR]`. Finger and object are refined together.
+`python -m benchmarks.grasp_refinement [--sizes-mm 4 3 2] [--out DIR]`. Both bodies are refined together.
 """
 
 import argparse
