@@ -94,6 +94,18 @@ def test_a_stiffer_print_needs_as_much_more_pressure_and_a_warm_one_less():
     assert follow(soft, 12 * KPA, -12 * KPA, 0.05).bend == pytest.approx(cold, rel=1e-6)
 
 
+@pytest.mark.parametrize("law", ["still", "chain"])
+def test_a_seam_is_a_share_of_the_print_s_own_stiffness(law):
+    """So a print of 1.7 times the moduli bends as far at 1.7 times the pressures, seam and all."""
+    ends = []
+    for stiffness in (1.0, 1.7):
+        make = FingerMake(law=law, creep=False, stiffness=stiffness, seam_stiffening=0.5, units=3, tilt_deg=0)
+        finger = follow(finger_of(make), stiffness * 10 * KPA, -stiffness * 10 * KPA, 0.3)
+        ends.append(finger.bend)
+    # The chain has weight: some thousandths of the angle.
+    assert ends[1] == pytest.approx(ends[0], rel=1e-6 if law == "still" else 0.02)
+
+
 def test_a_seam_costs_angle():
     """Volumes and angles of a seam of the unit's own bending stiffness: less than half the angle is lost."""
     plain = follow(finger_of(FingerMake(law="still", creep=False)), 10 * KPA, -10 * KPA, 0.05).bend

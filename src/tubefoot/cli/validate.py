@@ -14,7 +14,12 @@ if TYPE_CHECKING:
 def validate(
     *recording: Annotated[Path, Parameter(help="MCAP of a bench, or CSV of any laboratory")],
     against: Annotated[
-        list[Path], Parameter(help="run directories of solves, one for each length of finger")
+        list[Path],
+        Parameter(
+            help="run directories of solves, one for each length of finger",
+            consume_multiple=True,
+            negative="",
+        ),
     ],
     columns: Annotated[
         Path | None, Parameter(help="TOML: which column of a CSV is what, in which unit")
@@ -102,6 +107,8 @@ def tell(found: Validated) -> None:
 
     found : by `validate_recordings`
     """
+    from tubefoot.validation.spread import LEAST_STROKES
+
     for record in found.records:
         late = record.latency
         text = (
@@ -115,6 +122,8 @@ def tell(found: Validated) -> None:
         )
     for one in found.comparisons:
         print(f"{one.recording} against {one.run}: {one.states} states of {one.strokes} strokes")
+        if not one.whole_strokes:
+            print(f"  fewer than {LEAST_STROKES} strokes: the intervals are of single states and too narrow")
         for name, estimate in one.figures.items():
             print(f"  {name:<28} {estimate.value:9.3f}  ({estimate.low:.3f} to {estimate.high:.3f})")
         for name, value in found.steadiness[one.recording].items():

@@ -41,7 +41,7 @@ class StillFinger:
         self._law = RelaxingFinger(law, memory)
         self._print = stiffness
         self._factor = stiffness
-        self._seam = seam * law.unit_stiffness if seam else 0.0
+        self._seam = seam * stiffness * law.unit_stiffness if seam else 0.0
         self._angles = np.zeros(law.n_units)
         self._creep = np.zeros(law.n_units)
         self._turn = np.zeros((2, law.n_units))
