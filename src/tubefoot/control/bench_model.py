@@ -37,7 +37,7 @@ GASES, CHAMBERS, VOLUMES = slice(GAS_RIGHT, TUBE), slice(RIGHT, VOLUME_RIGHT), s
 FAST_LOSS = 0.3
 """Loss over the fast stiffness, share of the shortest relaxation time; to the measured loss at 10 Hz."""
 ITERATIONS, CLOSE = 3, 3e-3
-"""Newton steps in a time step, and a correction after which none is due [rad, MPa]: the next is its square."""
+"""Newton steps in a time step; a correction after which none is due [rad, MPa]: the next is its square."""
 SOFTEST = 0.6
 """Most of the bending stiffness that the weight may take off: beyond, a finger would not stand."""
 WAYS = np.array([[1.0], [-1.0]])
