@@ -8,13 +8,14 @@ from probe import DenseSink
 
 from mapped_box import mapped_box
 from tubefoot.fea.barrier import Barrier
-from tubefoot.fea.body_contact import BodyContact, Touch
+from tubefoot.fea.body_contact import BodyContact
 from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mean_hold import MeanHold
 from tubefoot.fea.object_mesh import beside, object_mesh
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.touch import Touch
 
 BARRIER = Barrier(reach=0.1, stiffness=0.5, depth=3.0, ahead=4.0)
 SOFT = OgdenLaw.elastic(0.03, 0.45)

@@ -10,7 +10,6 @@ of both sides cancel; where they are oblique to e they act across the gap, a cou
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,7 @@ from tubefoot.fea.elements import element_kind, gauss_line
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, outside_facet
+from tubefoot.fea.touch import Touch, Unheard, across_area, quarters
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -30,36 +30,6 @@ CLOSE = 0.5
 """Gap beyond the reach at which a sample has a partner already, since Newton moves the walls [mm]."""
 REMEMBERED = 12
 """Facets near one sample that are prepared for."""
-
-
-@dataclass(frozen=True)
-class Touch:
-    """Contact sample by sample.
-
-    places : (n, 3) [mm]; pressure : (n,) across the gripper [MPa]; area : (n,) across it, undeformed [mm^2]
-    """
-
-    places: FloatArray
-    pressure: FloatArray
-    area: FloatArray
-
-    @property
-    def patch(self) -> float:
-        """Area that touches [mm^2]."""
-        return float(self.area[self.pressure > 0.0].sum())
-
-    def peak(self, share: float = 0.99) -> float:
-        """Pressure that a share of the touching area stays below [MPa], 0 where nothing touches.
-
-        share : 0 to 1
-        """
-        touching = self.pressure > 0.0
-        if not touching.any():
-            return 0.0
-        pressure, area = self.pressure[touching], self.area[touching]
-        order = np.argsort(pressure)
-        below = np.cumsum(area[order])
-        return float(pressure[order][min(int(np.searchsorted(below, share * below[-1])), len(order) - 1)])
 
 
 class BodyContact:
@@ -208,13 +178,13 @@ class BodyContact:
         n = len(self._rest)
         push = self.areas[self._sample] * self.barrier.pressure(self.gaps)
         force = np.bincount(
-            self.nodes[self._facet].ravel(), (push[:, None] * _quarters(self._places)).ravel(), minlength=n
+            self.nodes[self._facet].ravel(), (push[:, None] * quarters(self._places)).ravel(), minlength=n
         )
         line, weight = gauss_line(4)
         at = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
         skin = self.nodes[self._n_wall :]
         area = across_area(self._rest[skin], at, np.outer(weight, weight).ravel(), self._direction)
-        carried = np.bincount(skin.ravel(), (area @ _quarters(at)).ravel(), minlength=n)
+        carried = np.bincount(skin.ravel(), (area @ quarters(at)).ravel(), minlength=n)
         return np.divide(force, carried, out=np.zeros(n), where=carried > 1e-6)
 
     def clearance(self, state: State, within: float) -> float:
@@ -281,35 +251,3 @@ class BodyContact:
             others,
         )
         return hits[:, 0], places[:, 0], gaps[:, 0], others
-
-
-def across_area(
-    corners: FloatArray, at: FloatArray, weights: FloatArray, direction: FloatArray
-) -> FloatArray:
-    """Area across a direction that each quadrature point of nine-node facets stands for, (n, n_q) [mm^2].
-
-    corners : (n, 9, 3) of the facets [mm]; at, weights : (n_q, 2) and (n_q,) of the rule
-    direction : unit vector
-    """
-    along = np.einsum("qad,fai->fqdi", element_kind("quad9").shape_gradient(at), corners)
-    found: FloatArray = np.abs(np.cross(along[..., 0, :], along[..., 1, :]) @ direction) * weights
-    return found
-
-
-def _quarters(places: FloatArray) -> FloatArray:
-    """Bilinear shape functions (n, 9) on the quarters of nine-node facets: never negative."""
-    away = np.abs(places[:, None] - element_kind("quad9").nodes)
-    found: FloatArray = np.prod(np.maximum(0.0, 1.0 - away), axis=2)
-    return found
-
-
-class Unheard:
-    """A sink for evaluations of which only what the item keeps is wanted."""
-
-    stiff = False
-
-    def add(self, item: object, first: int, matrices: FloatArray, residuals: FloatArray) -> None:
-        """Drop it.
-
-        item, first, matrices, residuals : as in `Sink`
-        """

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError
 from tubefoot.fea.barrier import Barrier
-from tubefoot.fea.body_contact import BodyContact, Touch
+from tubefoot.fea.body_contact import BodyContact
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Drive
 from tubefoot.fea.equilibrium import Model, Tolerance
@@ -38,6 +38,7 @@ from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.object_mesh import beside, object_mesh
 from tubefoot.fea.rigid_grasp import RigidContact
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.touch import Touch
 from tubefoot.units import KPA, ML
 
 FloatArray = NDArray[np.float64]
@@ -73,14 +74,13 @@ class GraspModel:
     """A finger with the object in its reach.
 
     finger : its model; contact : of finger and object; food : the object's cells, None for a rigid one
-    hold : of the object along z; middle : x of the grasp's middle plane [mm]
+    middle : x of the grasp's middle plane [mm]
     """
 
     settings: GraspSettings
     finger: FingerModel
     contact: BodyContact | RigidContact
     food: Solid | None
-    hold: MeanHold | None
     middle: float
     _object_points: IntArray
 
@@ -159,66 +159,55 @@ def build_grasp(design: FingerDesign, settings: SolveSettings, grasp: GraspSetti
     """
     if settings.cavities != "coupled" or settings.mesh_kind != "hexahedra" or settings.viscoelastic:
         raise ConfigError("a grasp needs cavities = coupled and mesh_kind = hexahedra, and not viscoelastic")
-    alone = design_mesh(design, settings)
-    profile, thing = design.profile, grasp.object
+    alone, profile, thing = design_mesh(design, settings), design.profile, grasp.object
     gap = design.gripper.finger_gap_mm if grasp.finger_gap_mm is None else grasp.finger_gap_mm
     middle = -(profile.crest_outside + gap / 2.0)
     place = np.array([middle - grasp.reach_mm, 0.0, grasp.height_mm - profile.cap])
-    barrier = Barrier(
-        grasp.reach_mm,
-        grasp.touch_pressure_kpa * KPA / grasp.reach_mm,
-        depth=thing.sizes_mm[0] / 2.0,
-        ahead=AHEAD_MM,
-    )
-    mesh, clamped, points = alone, clamp_half_finger(alone), np.zeros(0, dtype=np.int64)
-    others: list[Item] = []
-    food, hold = None, None
+    mesh, clamped = alone, clamp_half_finger(alone)
     if not thing.rigid:
-        body = object_mesh(thing.sizes_mm, thing.round_axes, grasp.object_element_mm, thing.rounding_mm)
-        mesh = _two_blocks(alone, beside(alone, body, place - [PARKED_MM, 0.0, 0.0]))
-        points = np.arange(len(alone.points), len(mesh.points))
+        mesh = _both_bodies(alone, grasp, place)
         across, cut = (mesh.facet_set(f"object_{name}").points for name in ("middle", "cut"))
         clamped = {0: np.r_[clamped[0], across], 1: np.r_[clamped[1], cut], 2: clamped[2]}
-        hold = MeanHold(across, 2, HOLD_STIFFNESS)
-        others.append(hold)
-    solid = Solid(mesh, {"*": ogden_law(design.body)}, 0, settings.pressure_space)
-    solids = [solid]
-    if not thing.rigid:
-        law = OgdenLaw.elastic(thing.youngs_modulus_kpa * KPA, thing.poisson_ratio)
-        food = Solid(mesh, {"*": law}, 1, "continuous", 3 * len(mesh.points) + solid.n_own)
-        solids.append(food)
+    solids = [Solid(mesh, {"*": ogden_law(design.body)}, 0, settings.pressure_space)]
     contact: BodyContact | RigidContact
-    walls = contact_walls(mesh, settings.contact_reach_mm)
+    items: list[Item] = [*seam_films(mesh, design)]
     if thing.rigid:
-        contact = RigidContact(mesh, INNER_WALLS, thing, place, PARKED_MM, barrier)
-        others += contact.items
+        contact = RigidContact(mesh, INNER_WALLS, thing, place, PARKED_MM, _barrier(grasp))
+        items += contact.items
     else:
-        contact = BodyContact(mesh, INNER_WALLS, "object_skin", barrier=barrier)
-        others.append(contact)
-    if settings.self_contact:
-        others += walls
+        contact = BodyContact(mesh, INNER_WALLS, "object_skin", barrier=_barrier(grasp))
+        items += [contact, MeanHold(across, 2, HOLD_STIFFNESS)]
+        law = OgdenLaw.elastic(thing.youngs_modulus_kpa * KPA, thing.poisson_ratio)
+        solids.append(Solid(mesh, {"*": law}, 1, "continuous", 3 * len(mesh.points) + solids[0].n_own))
+    walls = contact_walls(mesh, settings.contact_reach_mm)
+    items += walls if settings.self_contact else []
+    tolerance = Tolerance(min_gap=TRIAL_GAP * grasp.reach_mm, pairings=24)
+    model = Model(mesh, solids, clamped, _cavities(mesh, settings), Drive.pump(), items, tolerance)
+    tip = SectionRotation(mesh, mesh.facet_set("tip").points)
+    line = Centreline(alone, profile.bellows_length, profile.pitch)
+    finger = FingerModel(design, settings, mesh, solids[0], model, tip, line, walls)
+    points = np.arange(len(alone.points), len(mesh.points))
+    return GraspModel(grasp, finger, contact, None if thing.rigid else solids[1], middle, points)
+
+
+def _barrier(grasp: GraspSettings) -> Barrier:
+    stiffness = grasp.touch_pressure_kpa * KPA / grasp.reach_mm
+    return Barrier(grasp.reach_mm, stiffness, depth=grasp.object.sizes_mm[0] / 2.0, ahead=AHEAD_MM)
+
+
+def _cavities(mesh: Mesh, settings: SolveSettings) -> list[Cavity]:
     air = (settings.air_right_ml, settings.air_left_ml)
-    cavities = [
+    return [
         Cavity(mesh, f"cavity_{hand}", number, air_volume=HALF * air[number] * ML)
         for number, hand in enumerate(("right", "left"))
     ]
-    model = Model(
-        mesh,
-        solids,
-        clamped,
-        cavities,
-        Drive.pump(),
-        [*seam_films(mesh, design), *others],
-        Tolerance(min_gap=TRIAL_GAP * grasp.reach_mm, pairings=24),
-    )
-    tip = SectionRotation(mesh, mesh.facet_set("tip").points)
-    line = Centreline(alone, profile.bellows_length, profile.pitch)
-    finger = FingerModel(design, settings, mesh, solid, model, tip, line, walls)
-    return GraspModel(grasp, finger, contact, food, hold, middle, points)
 
 
-def _two_blocks(finger: Mesh, both: Mesh) -> Mesh:
-    """The mesh of both bodies with each in a block of its own."""
+def _both_bodies(finger: Mesh, grasp: GraspSettings, place: FloatArray) -> Mesh:
+    """The finger and, parked away from its place, the object, each in a block of its own."""
+    thing = grasp.object
+    body = object_mesh(thing.sizes_mm, thing.round_axes, grasp.object_element_mm, thing.rounding_mm)
+    both = beside(finger, body, place - [PARKED_MM, 0.0, 0.0])
     block, n = both.blocks[0], finger.n_cells
     parts = [replace(block, nodes=block.nodes[k], region=block.region[k]) for k in (slice(n), slice(n, None))]
     return replace(both, blocks=tuple(parts))

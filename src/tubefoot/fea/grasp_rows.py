@@ -88,7 +88,7 @@ def _object_stress(grasp: GraspModel, step: Step) -> Row:
     if grasp.food is None:
         return dict.fromkeys([f"object_{name}" for name in names])
     found = Stresses.of(grasp.finger.mesh, grasp.food, step.state)
-    smallest = np.linalg.eigvalsh(found.cauchy)[..., 0]
+    smallest = np.asarray(np.linalg.eigvalsh(found.cauchy)[..., 0], np.float64)
     values = (
         percentile(found.max_principal, found.weights, 0.99),
         percentile(-smallest, found.weights, 0.99),

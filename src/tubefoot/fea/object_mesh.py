@@ -65,7 +65,7 @@ def object_mesh(
     return mesh
 
 
-def beside(mesh: Mesh, other: Mesh, shift: Sequence[float]) -> Mesh:
+def beside(mesh: Mesh, other: Mesh, shift: Sequence[float] | FloatArray) -> Mesh:
     """One mesh of two bodies with cells of the same kind; names of regions and facet sets are kept.
 
     mesh, other : the bodies, with one block each; shift : by which the other is moved [mm]

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.fea.barrier import Barrier
-from tubefoot.fea.body_contact import Touch, Unheard
 from tubefoot.fea.grasp_settings import GraspedObject
 from tubefoot.fea.items import Evaluation, Item, State
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.obstacle import Box, Obstacle, Sphere
+from tubefoot.fea.touch import Touch, Unheard
 
 FloatArray = NDArray[np.float64]
 
