@@ -100,6 +100,14 @@ def test_a_foreign_table_gives_the_same_states_as_ours(tmp_path):
         assert one.angle == pytest.approx(other.angle, abs=0.03 * DEG)
 
 
+def test_a_drive_below_its_threshold_is_a_standing_pump(tmp_path):
+    rows = even_rows()
+    rows[10][4], rows[11][4] = 4.0, -60.0
+    path, columns = written(tmp_path, rows, {"drive_threshold": 0.05})
+    drive = read_foreign_csv(path, columns).drive
+    assert (drive[10], drive[11]) == (0.0, pytest.approx(-0.6))
+
+
 def test_angles_may_lie_in_a_file_of_their_own(tmp_path):
     table = {key: value for key, value in GERMAN.items() if key != "columns"}
     table["columns"] = {key: value for key, value in GERMAN["columns"].items() if key != "angle"}

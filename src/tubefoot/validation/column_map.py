@@ -111,10 +111,8 @@ class ColumnMap(Settings):
     """of the text"""
     finger_units: int | None = Field(default=None, ge=1, le=48)
     """number of units of the finger"""
-    absolute_pressure: bool = False
-    """whether pressures count from vacuum; the reading at rest is subtracted in any case"""
     drive_threshold: float = Field(default=0.02, ge=0, lt=1)
-    """drive, as a share, from which on the pump counts as running"""
+    """drive, as a share, below which the pump counts as standing"""
     columns: Columns
     """in the recording"""
     angles: AngleFile | None = None

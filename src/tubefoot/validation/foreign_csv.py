@@ -53,6 +53,7 @@ def read_foreign_csv(path: Path, columns: ColumnMap) -> RawSeries:
         )
     _demand_order(time[np.isfinite(time)], path)
     drive = _column(sheet, named.drive, "drive", columns)
+    drive = np.where(np.abs(drive) < columns.drive_threshold, 0.0, drive)
     seen = _angles(path, sheet, columns, time)
     files = [path] if columns.angles is None else [path, _angle_path(path, columns)]
     return RawSeries(

@@ -31,7 +31,7 @@ BAND_POINTS = 25
 
 @dataclass(frozen=True)
 class Points:
-    """States of one kind, side by side.
+    """Loading states, side by side.
 
     pressed, other, angle : (n,) [MPa], [MPa], [rad]
     stroke : (n,) number of the stroke that each belongs to
@@ -43,13 +43,13 @@ class Points:
     stroke: np.ndarray
 
     @classmethod
-    def of(cls, states: Sequence[SettledState], branch: str = "loading") -> Points:
-        """The states of a branch, those of the left side mirrored; flagged and unseen ones left out.
+    def of(cls, states: Sequence[SettledState]) -> Points:
+        """The loading states, those of the left side mirrored; flagged and unseen ones left out.
 
         states : of one recording
-        branch : loading or unloading
         """
-        kept = [s for s in states if s.branch == branch and s.side and not s.outlier and np.isfinite(s.angle)]
+        loading = [s for s in states if s.branch == "loading" and s.side]
+        kept = [s for s in loading if not s.outlier and np.isfinite(s.angle)]
         strokes = {key: number for number, key in enumerate(dict.fromkeys((s.cycle, s.side) for s in kept))}
         right, left, angle, side = (
             np.array([getattr(s, name) for s in kept], dtype=float)

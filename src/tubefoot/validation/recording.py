@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
-FORMATS = ("mcap", "csv")
-
 
 @dataclass(frozen=True, slots=True)
 class RecordedPulse:
