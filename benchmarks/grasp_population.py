@@ -2,8 +2,8 @@
 
 Every trial draws two benches of the population (one a finger), an object (tofu or blueberry, pose, size 0.8
 to 1.2, stiffness 0.5 to 2 of the record's), its friction (0.2 to 0.8, which the protocol does not know) and
-an error of its placement (up to 3 mm along each axis). The whole host runs: protocol, rigs, the firmware's
-core, angles with the vision's scatter.
+an error of its placement (up to 3 mm along each axis). It is held for 5 s and lifted, not shaken. The whole
+host runs: protocol, rigs, the firmware's core, angles with the vision's scatter.
 
     python -m benchmarks.grasp_population --count 200 --out build/grasps.csv
     python -m benchmarks.grasp_population --free --count 200 --out build/closings.csv
@@ -28,11 +28,12 @@ from tubefoot.control.damage import damage_of
 from tubefoot.control.first_contact import grip_lever
 from tubefoot.control.grasp_loop import GraspLoop
 from tubefoot.control.grasp_protocol import GraspProtocol
-from tubefoot.control.grasp_settings import GraspSettings
+from tubefoot.control.grasp_settings import GraspSettings, TrialSettings
 from tubefoot.errors import TubefootError
 from tubefoot.lab.grasp_object import GraspObject, Pose, known_object
 from tubefoot.lab.settings import BoardSettings, RigSettings
 from tubefoot.reduced.files import reference_file
+from tubefoot.twin.gripper_hands import SimulatedHands
 from tubefoot.twin.gripper_scene import GripperMake
 from tubefoot.twin.population import TUNING_SEEDS, VERDICT_SEEDS, drawn_bench
 
@@ -96,14 +97,22 @@ def run_trial(trial: int, free: bool = False, tuning: bool = False) -> dict[str,
     trial : its number; free : without an object; tuning : of the benches for tuning
     """
     draw = drawn(trial, free, tuning)
-    finger, settings = reference_file().to_finger(), GraspSettings()
+    finger, settings = reference_file().to_finger(), GraspSettings(test=TrialSettings(shake_s=0.0))
     lever = grip_lever(finger, settings.height_mm)
     protocol = GraspProtocol(draw.what, draw.pose, finger, lever, settings)
     began = time.process_time()
     row = _drawn_columns(trial, free, draw) | {"goal_n": protocol.goal.force}
     try:
         with virtual_grasp(draw.what, draw.pose, settings, RIG, draw.virtual) as stage:
-            loop = GraspLoop(stage.rigs, stage.angles, stage.hands, _UntilSetDown(protocol), stage.further)
+            hands = stage.hands
+            assert isinstance(hands, SimulatedHands)
+            loop = GraspLoop(
+                stage.rigs,
+                stage.angles,
+                hands,
+                _UntilSetDown(protocol),
+                lambda: {"slip_mm": hands.slip.now()},
+            )
             loop.run(protocol)
             verdict = stage.verdict()
     except TubefootError as error:

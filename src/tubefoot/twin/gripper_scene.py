@@ -4,10 +4,11 @@ Frame: x across the gripper, y into the picture, z up; the origin lies midway be
 face of the base caps. The right finger stands at x > 0; the left one is the same finger turned by 180 deg
 about z. A positive bend is inward for both.
 
-A finger touches with the crests of its inner flank. A crest's flat is two capsules across the finger, at
-either end of the flat, each on the link it belongs to, so that it turns by half of its unit's angle on
-average. Each has half of the stiffness with which the wall of a crest gives way, in series with the object's
-own (`held_object`). SI units.
+A finger touches with the crests of its inner flank. A crest's flat is in two halves, each on the link it
+belongs to, so that it turns by half of its unit's angle on average. What meets a block is the rounded end of
+each half, a capsule across the finger; what meets any other shape is the half's plane, as a ball would sink
+in between two capsules. Each half has half of the stiffness with which the wall of a crest gives way, in
+series with the object's own (`held_object`). SI units.
 """
 
 from __future__ import annotations
@@ -49,8 +50,10 @@ class GripperMake(Settings):
     """between the facing crests of the straight fingers, as in the design's `gripper` table"""
     crest_flat_mm: float = Field(default=4.0, ge=1.1, le=40)
     """length of a crest's flat along the finger"""
-    wall_n_per_mm: float = Field(default=1.0, gt=0.01, le=1000)
-    """force over indentation of one crest's wall, of a finger at its identified stiffness"""
+    wall_n_per_mm: float = Field(default=2.5, gt=0.01, le=1000)
+    """force over indentation of one crest's wall by a flat, of a finger at its identified stiffness: finite
+    elements of the reference finger give 2.6 to 2.9 at rest and 1.4 (0.04 N) to 2.5 (0.4 N) at +-20 kPa
+    (benchmarks/wall_indentation.py)"""
     tilt_deg: float = Field(default=0.0, ge=-180, le=180)
     """of the gripper against the vertical, to the left: 0 stands upright, 180 hangs"""
     pumps: int = Field(default=2, ge=1, le=2)
@@ -82,7 +85,7 @@ def compiled_scene(parts: SceneParts, gravity: bool = True) -> mujoco.MjModel:
     turns = ("1 0 0 0", "0 0 0 1")
     bases = "".join(
         f'<body name="base_{side}" pos="{way * reach:.9g} 0 0" quat="{turn}">'
-        f"{_touching(finger, parts.make, side)}</body>"
+        f"{_touching(finger, parts, side)}</body>"
         for side, way, turn, finger in zip(SIDES, (1.0, -1.0), turns, parts.fingers, strict=True)
     )
     text = (
@@ -104,35 +107,38 @@ def compiled_scene(parts: SceneParts, gravity: bool = True) -> mujoco.MjModel:
     return model
 
 
-def _touching(finger: ReducedFinger, make: GripperMake, side: str) -> str:
+def _touching(finger: ReducedFinger, parts: SceneParts, side: str) -> str:
     """The links of a finger with the crests that touch."""
+    block = parts.held is None or parts.held.what.shape == "box"
 
     def crest(link: int) -> str:
-        return _crest(finger, make, side, link)
+        return _crest(finger, parts.make.crest_flat_mm, side, link, block)
 
     return crest(-1) + finger_bodies(finger, side, crest)
 
 
-def _crest(finger: ReducedFinger, make: GripperMake, side: str, link: int) -> str:
-    """The ends of crests that belong to a link: of its own unit above the hinge, of the next one below it."""
-    pitch, across = finger.pitch, finger.height / 2 - EDGE_MM
-    from_middle = make.crest_flat_mm / 2 - EDGE_MM
+def _crest(finger: ReducedFinger, flat: float, side: str, link: int, block: bool) -> str:
+    """The halves of crests that belong to a link: of its own unit above the hinge, of the next below it."""
+    from_middle = flat / 2 - EDGE_MM if block else flat / 4
     heights = {}
     if link >= 0:
         heights[f"{side}_{link}_upper"] = from_middle
     if link < finger.n_units - 1:
-        above = pitch if link >= 0 else finger.cap + pitch / 2
+        above = finger.pitch if link >= 0 else finger.cap + finger.pitch / 2
         heights[f"{side}_{link + 1}_lower"] = above - from_middle
-    x, y = -(finger.half_width - EDGE_MM) / METRE, across / METRE
-    alike = f'type="capsule" size="{EDGE_MM / METRE:.6g}" mass="0" contype="0" conaffinity="0"'
+    x, y = -(finger.half_width - EDGE_MM) / METRE, finger.height / 2 / METRE
+    edge = EDGE_MM / METRE
+    shape = f'type="box" size="{edge:.6g} {y:.6g} {flat / 4 / METRE:.6g}"'
+    if block:
+        shape = f'type="capsule" size="{edge:.6g} {y - edge:.6g}" quat="0.70710678 0.70710678 0 0"'
     return "".join(
-        f'<geom name="{name}" {alike} fromto="{x:.6g} {-y:.6g} {z:.6g} {x:.6g} {y:.6g} {z:.6g}"/>'
-        for name, z in ((name, height / METRE) for name, height in heights.items())
+        f'<geom name="{name}" {shape} pos="{x:.6g} 0 {z / METRE:.6g}" mass="0" contype="0" conaffinity="0"/>'
+        for name, z in heights.items()
     )
 
 
 def crest_ends(n_units: int, side: str) -> list[str]:
-    """Names of the geoms with which a finger touches, from the base.
+    """Names of the geoms with which a finger touches, halves of its crests, from the base.
 
     n_units : of the finger; side : `right` or `left`
     """
