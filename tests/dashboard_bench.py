@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import socket
 import threading
 import time
 from collections.abc import Iterator
@@ -132,6 +133,13 @@ def until(condition: Any, patience_s: float = PATIENCE_S) -> Any:
             raise AssertionError("what was waited for did not come")
         time.sleep(0.005)
     return found
+
+
+def free_port() -> int:
+    """A port of the loopback that nobody listens on now."""
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])
 
 
 def post(shown: Dashboard, path: str, body: Any, port: int | None = None, **headers: str) -> tuple[int, Any]:

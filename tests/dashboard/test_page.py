@@ -3,7 +3,6 @@
 Times are those of the bench: a busy computer slows bench and page down, and no test depends on its clock.
 """
 
-import socket
 import threading
 from contextlib import contextmanager
 from functools import partial
@@ -12,7 +11,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import numpy as np
 import pytest
 from tests.browsing import browser, page_of, serious_findings
-from tests.dashboard_bench import TOKEN, served, until
+from tests.dashboard_bench import TOKEN, free_port, served, until
 
 from tubefoot.dashboard.helm import Helm
 from tubefoot.vision.plane import PlaneMap
@@ -211,12 +210,6 @@ def test_calibration_wizard_on_the_page(chromium, shown):
         page.click("#question button[type=submit]")
         page.wait_for_selector("#order:not(.running)")
         assert "in force" in page.inner_text("#order")
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 @pytest.mark.slow
