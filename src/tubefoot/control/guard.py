@@ -78,15 +78,17 @@ class AnswerCheck:
         seen : the newest frame
         """
         start = self._from
-        if start is None or not seen.direction or seen.direction != start.direction:
+        if start is None or seen.direction != start.direction:
             self._begin(seen)
             return ""
         self._low = (min(self._low[0], seen.pressures[0]), min(self._low[1], seen.pressures[1]))
         self._high = (max(self._high[0], seen.pressures[0]), max(self._high[1], seen.pressures[1]))
+        ranges = [high - low for high, low in zip(self._high, self._low, strict=True)]
+        if not seen.direction:
+            return self._relaxed(ranges)
         volume = abs(seen.pumped_volume - start.pumped_volume)
         if volume < self._settings.still_ml * ML:
             return ""
-        ranges = [high - low for high, low in zip(self._high, self._low, strict=True)]
         turned = abs(seen.bend - start.bend)
         self._begin(seen)
         return self._judged(volume, ranges, turned)
@@ -94,6 +96,19 @@ class AnswerCheck:
     def _begin(self, seen: Measurement) -> None:
         self._from = seen
         self._low = self._high = seen.pressures
+
+    def _relaxed(self, ranges: list[float]) -> str:
+        """The fault that ranges of pressure [MPa] with the pump standing tell of: only one branch relaxes.
+
+        While the pump runs, the supply sags, and with it what a stuck output seems to say.
+        """
+        for side, mine, other in zip(SIDES, ranges, ranges[::-1], strict=True):
+            if mine < self._settings.stuck_kpa * KPA and other > self._settings.relaxing_kpa * KPA:
+                return (
+                    f"the {side} pressure stays the same while the other relaxes by {other / KPA:.1f} kPa: "
+                    "its sensor is stuck; check it"
+                )
+        return ""
 
     def _judged(self, volume: float, ranges: list[float], turned: float) -> str:
         """The fault that a pumped volume [mm^3], ranges of pressure [MPa] and a turn [rad] tell of."""

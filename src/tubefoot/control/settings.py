@@ -96,6 +96,8 @@ class GuardSettings(Settings):
     """Change of pressure that counts as an answer."""
     stuck_kpa: float = Field(default=0.05, gt=0, le=10)
     """A sensor whose readings stay within this range while the pump runs is stuck: noise alone is more."""
+    relaxing_kpa: float = Field(default=1.5, gt=0, le=50)
+    """Change of one branch with the pump standing by which the other's sensor must have moved too."""
     volume_excess: float = Field(default=3.0, gt=1, le=100)
     """A leak is suspected when so many times the foreseen volume has been pumped."""
 
