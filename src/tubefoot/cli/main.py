@@ -122,12 +122,20 @@ app.command(
 
 
 def main() -> None:
-    """Run the command line; a foreseen error prints its message and sets the exit code."""
+    """Run the command line; a foreseen error or a missing extra prints a message and sets the exit code."""
     try:
         app()
     except TubefootError as error:
         print(f"tubefoot: {error}", file=sys.stderr)
         sys.exit(error.exit_code)
+    except ModuleNotFoundError as error:
+        package = (error.name or "").split(".")[0]
+        if package in ("", "tubefoot"):
+            raise
+        from tubefoot.cli.extras import missing_package
+
+        print(f"tubefoot: {missing_package(package, sys.argv[1:])}", file=sys.stderr)
+        sys.exit(2)
     except KeyboardInterrupt:
         print("tubefoot: interrupted; finished states are kept", file=sys.stderr)
         sys.exit(130)
