@@ -27,8 +27,13 @@ def test_the_bench_needs_two_calibrations(tmp_path: Path) -> None:
 
 
 def test_three_ports_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(ConfigError, match="3 ports: give one for each finger"):
+    with pytest.raises(ConfigError, match="3 ports and 0 rig files: give one for each finger"):
         grasp("tofu", port=["a", "b", "c"], out=tmp_path)
+
+
+def test_two_rigs_need_two_ports(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="both rigs are on /dev/ttyACM0"):
+        grasp("tofu", port=["/dev/ttyACM0", "/dev/ttyACM0"], out=tmp_path)
 
 
 def test_unequal_gaps_are_refused(tmp_path: Path) -> None:

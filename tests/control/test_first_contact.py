@@ -57,6 +57,16 @@ def test_stiffness_of_the_print_drops_out() -> None:
     assert sense.force(doubled(0.0, 0.1)) == pytest.approx(0.1, rel=0.15)
 
 
+def test_the_shape_alone_makes_contact_sure() -> None:
+    """The lower half stands, yet the bend goes on as the pressures say; other way round nothing is sure."""
+    for halves, found in ((0.0, 3.0), True), ((1.5, 1.5), False):
+        sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))
+        for n in range(6):
+            sense.observe(Pause((n - 9) * 1.5 * DEG, (n - 9) * 1.5 * DEG, (n - 9) * 3 * DEG, n * 10 * KPA))
+        one, other = (-6 * DEG + half * DEG for half in halves)
+        assert sense.observe(Pause(one, other, -9 * DEG, 60 * KPA)) == found
+
+
 def test_lost_markers_leave_the_pressures() -> None:
     """Without theta1 and theta2 nothing is reported from nothing, and nothing raised."""
     sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))

@@ -28,7 +28,12 @@ def grasp(
     sim: Annotated[bool, Parameter(help="the virtual gripper instead of ports", negative="")] = False,
     seed: Annotated[int, Parameter(help="of what is random on the virtual gripper")] = 0,
     settings: Annotated[Path | None, Parameter(help="TOML: pulses, contact, grip, test")] = None,
-    rig_file: Annotated[Path | None, Parameter(name="--rig", help="rig file (TOML), of both rigs")] = None,
+    rig_file: Annotated[
+        list[Path] | None,
+        Parameter(
+            name="--rig", help="rig file (TOML) of the right finger; again for the left one", negative=""
+        ),
+    ] = None,
     port: Annotated[
         list[str] | None,
         Parameter(help="serial port of the right finger's rig; again for the left one's", negative=""),
@@ -70,7 +75,6 @@ def grasp(
     from tubefoot.cli.grasp_record import raise_for, tell
     from tubefoot.config import load_settings
     from tubefoot.control.grasp_settings import GraspSettings
-    from tubefoot.errors import ConfigError
     from tubefoot.lab.grasp_object import load_object
 
     chosen = load_settings(settings, GraspSettings) if settings else GraspSettings()
@@ -80,10 +84,7 @@ def grasp(
 
         write_map(thing, out)
         return
-    ports: list[str | None] = [*port] if port else [None]
-    if len(ports) > 2:
-        raise ConfigError(f"{len(ports)} ports: give one for each finger, or one for both through a splitter")
-    rigs = [rig_settings(rig_file, one) for one in ports]
+    rigs = _rigs(rig_file or [], port or [])
     if sim:
         mu = thing.friction if friction is None else friction
         virtual = _virtual(seed, bench, population, gripper, mu, error_mm, quick, chosen)
@@ -143,6 +144,28 @@ def _real(
     recordings = _recordings(run.directory, len(rigs))
     stage = real_grasp(rigs, sources, cameras, layout, recordings)
     return carry_out(run, stage, thing, pose, settings, len(rigs) == 1, None, print)
+
+
+def _rigs(files: list[Path], ports: list[str]) -> list[RigSettings]:
+    """Settings of the right and the left finger's rig, or of one for both."""
+    from tubefoot.errors import ConfigError
+
+    count = max(len(files), len(ports), 1)
+    if count > 2:
+        raise ConfigError(
+            f"{len(ports)} ports and {len(files)} rig files: give one for each finger, or one for both "
+            "through a splitter"
+        )
+    rigs = [
+        rig_settings(
+            files[min(number, len(files) - 1)] if files else None,
+            ports[number] if number < len(ports) else None,
+        )
+        for number in range(count)
+    ]
+    if count == 2 and rigs[0].board.port == rigs[1].board.port:
+        raise ConfigError(f"both rigs are on {rigs[0].board.port}; give --port twice, or two rig files")
+    return rigs
 
 
 def _virtual(
