@@ -20,8 +20,9 @@ from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_model import ogden_law
+from tubefoot.fea.landing import Limit
 from tubefoot.fea.measures import SectionRotation, Stresses, percentile
-from tubefoot.fea.path import Limit, StepControl, follow
+from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.profile_mesh import Divisions
 from tubefoot.fea.solid import Solid
 from tubefoot.records import write_json

@@ -20,8 +20,9 @@ from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_model import ogden_law
+from tubefoot.fea.landing import Limit
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.path import Limit, StepControl, follow
+from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.recast import recast
 from tubefoot.fea.solid import Solid
 from tubefoot.units import KPA

@@ -23,7 +23,8 @@ from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger
 from tubefoot.fea.finger_model import ogden_law
-from tubefoot.fea.path import Limit, StepControl, follow
+from tubefoot.fea.landing import Limit
+from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.solid import Solid
 
 STATES = 3

@@ -2,11 +2,13 @@
 
 Draws designs far wider than the reference finger, leaves out those that the geometry rules refuse, and
 solves each to P_right = 35 kPa with self-contact, on a coarse mesh. Rows go to build/robustness.csv one by
-one, and a second call goes on where the first was stopped. Prints how many ended how.
+one, and a second call goes on where the first was stopped; delete a row to have its design solved again.
+Prints how many ended how. A design that takes longer than `--limit-s` of CPU time is a failure.
 """
 
 import argparse
 import contextlib
+import signal
 import time
 import traceback
 from collections import Counter
@@ -26,7 +28,8 @@ from tubefoot.units import DEG, KPA
 TABLE = Path("build/robustness.csv")
 SETTINGS = SolveSettings(element_size_mm=3.0, states=6, fields="none")
 REACHED = "goal reached"
-PHYSICAL = ("absolute vacuum", "full collapse", "rupture strain")
+PHYSICAL = ("absolute vacuum", "full collapse", "rupture strain", "instability")
+LIMIT_S = 180.0
 
 
 def random_table(rng: np.random.Generator) -> dict[str, Any]:
@@ -69,20 +72,22 @@ def designs(seed: int, count: int) -> list[tuple[int, FingerDesign]]:
     return found
 
 
-def solve(design: FingerDesign) -> dict[str, Any]:
+def solve(design: FingerDesign, limit_s: float = LIMIT_S) -> dict[str, Any]:
     """How a design's path ended, and where."""
-    started = time.perf_counter()
+    started, began = time.perf_counter(), time.process_time()
+    signal.signal(signal.SIGVTALRM, _too_slow)
+    signal.setitimer(signal.ITIMER_VIRTUAL, limit_s)
     row: dict[str, Any] = {"end": "", "bend_deg": "", "pressure_right_kpa": "", "pressure_left_kpa": ""}
-    last = None
+    last, snaps = None, 0
     deepest = np.inf
     rupture = 1.0 + design.body.elongation_at_break_percent / 100.0
 
     def watch(step, wall_s):
-        nonlocal last, deepest
+        nonlocal last, deepest, snaps
         stretch = percentile(largest_stretch(finger.solid, step.state.unknowns), finger.solid.weights, 0.999)
         if stretch > rupture:
             return f"rupture strain: the largest stretch passes {rupture:.2f}"
-        last, deepest = step, min(deepest, step.min_gap)
+        last, deepest, snaps = step, min(deepest, step.min_gap), snaps + bool(step.event)
         return None
 
     try:
@@ -92,6 +97,8 @@ def solve(design: FingerDesign) -> dict[str, Any]:
         ).end_reason
     except (GeometryError, ConvergenceError) as error:
         row["end"] = f"{type(error).__name__}: {error}".splitlines()[0]
+    except _TooSlowError:
+        row["end"] = f"not done in {limit_s:g} s of CPU time"
     except Exception as error:
         row["end"] = f"exception {type(error).__name__}: {error} ({traceback.format_exc().splitlines()[-3]})"
     if last is not None:
@@ -100,21 +107,37 @@ def solve(design: FingerDesign) -> dict[str, Any]:
         row["gap_mm"] = deepest if np.isfinite(deepest) else ""
     else:
         row["gap_mm"] = ""
-    row["wall_s"] = time.perf_counter() - started
+    signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+    row["snaps"] = snaps
+    row["wall_s"], row["cpu_s"] = time.perf_counter() - started, time.process_time() - began
     return row
+
+
+class _TooSlowError(Exception):
+    """A design took more CPU time than it may."""
+
+
+def _too_slow(*_: object) -> None:
+    raise _TooSlowError
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=7)
+    parser.add_argument("--limit-s", type=float, default=LIMIT_S)
     arguments = parser.parse_args()
     rows = read_table(TABLE) if TABLE.exists() else []
     done = {(int(float(row["seed"])), int(float(row["number"]))) for row in rows}
     for number, design in designs(arguments.seed, arguments.count):
         if (arguments.seed, number) in done:
             continue
-        row = {"seed": arguments.seed, "number": number, "units": design.bellows.units, **solve(design)}
+        row = {
+            "seed": arguments.seed,
+            "number": number,
+            "units": design.bellows.units,
+            **solve(design, arguments.limit_s),
+        }
         rows.append(row)
         write_table(TABLE, rows)
         print(f"{len(rows):4d}  design {number}: {row['end']}", flush=True)

@@ -6,7 +6,7 @@ import pytest
 from mapped_box import mapped_box, symmetry
 from octant import sphere_octant
 from tubefoot.fea.cavity import Cavity
-from tubefoot.fea.drive import Control, Drive, air_uptake
+from tubefoot.fea.drive import Control, Drive, Plane, air_uptake
 from tubefoot.fea.equilibrium import Model, StepFailed, Tolerance
 from tubefoot.fea.items import State
 from tubefoot.fea.solid import OgdenLaw, Solid
@@ -40,6 +40,7 @@ CONTROLS = {
     "pressure": Control("pressure", 0.05, cavity=1),
     "volume_change": Control("volume_change", 0.1),
     "measure": "tip",
+    "plane": "plane",
 }
 DRIVES = {
     "pump": Drive.pump(),
@@ -67,6 +68,8 @@ def equations(model, control, state):
     elif control.quantity == "volume_change":
         cavity = model.cavities[control.cavity]
         rows.append([cavity.volume - cavity.rest_volume - control.target])
+    elif control.quantity == "plane":
+        rows.append([control.plane.distance(state) - control.target])
     else:
         rows.append([control.measure(state.unknowns)[0] - control.target])
     return np.concatenate(rows)
@@ -84,6 +87,10 @@ def test_newton_step_solves_the_linearised_bordered_system(octant, pressure_spac
     if wanted == "tip":
         wanted = Control("measure", 0.2, measure=tip(octant, [1.0, 0.0, 0.0]))
     rng = np.random.default_rng(6)
+    if wanted == "plane":
+        parts = (np.zeros(model.n_unknowns), np.array([0.3, -0.2]), 0.7)
+        parts[0][model.system.free] = rng.standard_normal(len(model.system.free))
+        wanted = Control("plane", 0.4, plane=Plane(model.rest(), State(*parts)))
     state = State(np.zeros(model.n_unknowns), np.array([0.04, -0.02]), 0.15)
     free = model.system.free
     state.unknowns[free] = rng.uniform(-0.01, 0.01, len(free))
@@ -108,11 +115,13 @@ def test_newton_step_solves_the_linearised_bordered_system(octant, pressure_spac
     error = np.abs(slope(step) + start)
     assert error[:n].max() < 1e-6 * np.abs(start[:n]).max()
     assert error[n:].max() < 1e-6 * max(np.abs(start[n:]).max(), 0.01)
-    # The path's direction keeps equilibrium and the drive; only the control changes along it.
-    path = np.abs(slope(along))
-    assert along.parameter == 1.0
-    assert path[:n].max() < 1e-6 * np.abs(start[:n]).max() * max(1.0, np.abs(along.unknowns).max())
-    assert path[n:-1].max() < 1e-6
+    # The path's direction keeps equilibrium and the drive; only the control changes along it, by one.
+    size = max(1.0, np.abs(along.unknowns).max(), abs(along.parameter))
+    towards = State(along.unknowns / size, along.pressures / size, along.parameter / size)
+    path = slope(towards)
+    assert np.abs(path[:n]).max() < 1e-6 * np.abs(start[:n]).max()
+    assert np.abs(path[n:-1]).max() < 1e-6
+    assert size * path[-1] == pytest.approx(1.0, rel=1e-5)
 
 
 def test_newton_converges_quadratically(octant):

@@ -22,7 +22,7 @@ from tubefoot.fea.barrier import Barrier, assemble_contacts
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, outside_facet
+from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, follow_places
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -77,20 +77,32 @@ class SelfContact:
     def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
         """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
 
-        state : where to look; keep : leave the choice as it is where it still serves
+        state : where to look
+        keep : leave a contact as it is where it still serves, though its sample slid over the facet's edge
         """
         if self._far(state):
             return False, False
         hits, places, gaps, others = self._opposite(state, self.barrier.ahead)
         self._looked_at = state.unknowns[: self._rest.size].copy()
         self._clearance = min(float(gaps.min()), self.barrier.ahead)
-        if keep and self._serves(hits, gaps):
-            return False, False
         n = len(self.nodes)
         sample, slot = np.nonzero(gaps < self._close)
-        self._sample, self._facet = sample, hits[sample, slot]
-        self._places, self.gaps = places[sample, slot], gaps[sample, slot]
-        keys = self._own[sample] * n + self._facet
+        facet, place, gap = hits[sample, slot], places[sample, slot], gaps[sample, slot]
+        if keep:
+            acted = self.gaps < self.barrier.reach
+            stays = self._staying(state)
+            new = self._unmet(sample, facet, stays)
+            acting = acted | (self.gaps < self.barrier.reach)
+            if stays[acting].all() and not (gap[new] < self.barrier.reach).any():
+                return False, False
+            sample, facet = (
+                np.append(old[stays], found[new])
+                for old, found in ((self._sample, sample), (self._facet, facet))
+            )
+            place = np.vstack([self._places[stays], place[new]])
+            gap = np.append(self.gaps[stays], gap[new])
+        self._sample, self._facet, self._places, self.gaps = sample, facet, place, gap
+        keys = self._own[sample] * n + facet
         grew = not np.isin(keys, self._pairs).all()
         if grew:
             near, neighbour = np.nonzero(others >= 0)
@@ -99,19 +111,49 @@ class SelfContact:
         self._row = np.searchsorted(self._pairs, keys)
         return True, grew
 
-    def _serves(self, hits: IntArray, gaps: FloatArray) -> bool:
-        """Whether the present contacts are still the right ones, up to sliding a little over an edge."""
-        reach, n = self.barrier.reach, len(self.nodes)
-        acting = self.gaps < reach
-        if any(outside_facet(place, self._triangle) > KEPT for place in self._places[acting]):
-            return False
-        sample, slot = np.nonzero(gaps < reach)
-        new = ~np.isin(sample * n + hits[sample, slot], self._sample * n + self._facet)
-        for at, facet in zip(sample[new], hits[sample, slot][new], strict=True):
-            partners = self.nodes[self._facet[acting & (self._sample == at)]]
-            if not np.isin(partners, self.nodes[facet]).any():
-                return False
-        return True
+    @property
+    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+        """The present contacts: samples, facets opposite, places there, gaps."""
+        return self._sample, self._facet, self._places.copy(), self.gaps.copy()
+
+    @choice.setter
+    def choice(self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray]) -> None:
+        """Take contacts back.
+
+        kept : as they were
+        """
+        self._sample, self._facet, places, gaps = kept
+        self._places, self.gaps = places.copy(), gaps.copy()
+        self._row = np.searchsorted(self._pairs, self._own[self._sample] * len(self.nodes) + self._facet)
+        self._looked_at = None
+
+    def _staying(self, state: State) -> NDArray[np.bool_]:
+        """Which contacts still serve, though they slid a little over an edge; their places are followed."""
+        positions = self._positions(state)
+        normals = self._area_vectors(positions)[self._sample]
+        outside = np.empty(len(self._sample))
+        follow_places(
+            self._sampled(positions)[self._sample],
+            normals / np.linalg.norm(normals, axis=1)[:, None],
+            self._facet,
+            self._powers,
+            self._coefficients @ positions[self.nodes],
+            self._triangle,
+            self._places,
+            self.gaps,
+            outside,
+        )
+        near = (self.gaps < self._close) & (self.gaps > -self.barrier.depth)
+        return np.asarray(near & (outside <= KEPT))
+
+    def _unmet(self, sample: IntArray, facet: IntArray, stays: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which possible contacts are no continuation of one that stays, over an edge to a neighbour."""
+        n = len(self.nodes)
+        unmet = ~np.isin(sample * n + facet, (self._sample * n + self._facet)[stays])
+        for k in np.flatnonzero(unmet):
+            partners = self._facet[stays & (self._sample == sample[k])]
+            unmet[k] = not np.isin(self.nodes[partners], self.nodes[facet[k]]).any()
+        return unmet
 
     def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
         """Put the contact forces and their stiffness into the sink.

@@ -19,6 +19,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from tubefoot.fea.items import State
 from tubefoot.units import ATMOSPHERE_MPA
 
 FloatArray = NDArray[np.float64]
@@ -65,16 +66,40 @@ class Drive:
 
 
 @dataclass(frozen=True)
+class Plane:
+    """A plane across the path, in the space of all unknowns.
+
+    origin : a state in it; normal : its normal, each part in the reciprocal unit of what it measures
+    """
+
+    origin: State
+    normal: State
+
+    def distance(self, state: State) -> float:
+        """How far a state lies beyond the plane, dimensionless and signed.
+
+        state : which
+        """
+        return float(
+            self.normal.unknowns @ (state.unknowns - self.origin.unknowns)
+            + self.normal.pressures @ (state.pressures - self.origin.pressures)
+            + self.normal.parameter * (state.parameter - self.origin.parameter)
+        )
+
+
+@dataclass(frozen=True)
 class Control:
     """Where a step ends: `quantity` = `target`.
 
-    quantity : "parameter", "pressure" or "volume_change" (of cavity `cavity`), or "measure"
-    target : value [mm^3, MPa or the measure's unit]
+    quantity : "parameter", "pressure" or "volume_change" (of cavity `cavity`), "measure", or "plane"
+    target : value [mm^3, MPa, the measure's unit; none for the plane]
     cavity : number of the cavity
     measure : displacement vector to (value, gradient), for the quantity "measure"
+    plane : what the distance is measured from, for the quantity "plane"
     """
 
-    quantity: Literal["parameter", "pressure", "volume_change", "measure"]
+    quantity: Literal["parameter", "pressure", "volume_change", "measure", "plane"]
     target: float
     cavity: int = 0
     measure: Callable[[FloatArray], tuple[float, FloatArray]] | None = None
+    plane: Plane | None = None

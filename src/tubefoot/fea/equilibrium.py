@@ -2,9 +2,7 @@
 
 The tangent is assembled and factorised where the last factors no longer bring the residual down fast; chord
 iterations in between cost a residual and a substitution. Cavity pressures and the path parameter follow from
-a small dense system (bordering): with K du = -r + sum_i b_i dp_i and b_i = dV_i/du,
-
-    g_i + b_i . du + g_i,p dp_i - rate_i ds = 0   for each cavity,      c + c_u . du + c_p dp + c_s ds = 0.
+a small dense system (`bordering`). How many of the tangent's eigenvalues are negative comes with the factors.
 """
 
 from __future__ import annotations
@@ -17,10 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.fea.assembly import SparseSystem
+from tubefoot.fea.bordering import Borders
 from tubefoot.fea.cavity import Cavity
-from tubefoot.fea.drive import AIR_VACUUM_MPA, Control, Drive, air_uptake
+from tubefoot.fea.drive import AIR_VACUUM_MPA, Control, Drive
 from tubefoot.fea.factorise import SingularMatrixError, factoriser
-from tubefoot.fea.items import Boundary, Evaluation, Item, Pairing, State, Timings
+from tubefoot.fea.items import Boundary, Choosing, Evaluation, Item, Pairing, State, Timings
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.solid import Solid
 
@@ -75,7 +74,13 @@ class Tolerance:
 
 @dataclass
 class Step:
-    """How a converged step went: the state, Newton iterations, energy [mJ], smallest det F and gap [mm]."""
+    """How a converged step went: the state, Newton iterations, energy [mJ], smallest det F and gap [mm].
+
+    unstable : directions in which the energy falls at a given path parameter, by the step's last factors;
+        None where they are not counted
+    tangent : the path's direction there, per unit of the step's control
+    event : what happened between the state before and this one, when it was no smooth step
+    """
 
     state: State
     iterations: int
@@ -83,9 +88,10 @@ class Step:
     min_jacobian: float
     volumes: FloatArray
     residuals: list[float] = field(default_factory=list)
-    negative_pivots: int | None = None
+    unstable: int | None = None
     tangent: State | None = None
     min_gap: float = np.inf
+    event: str = ""
 
 
 class Model:
@@ -118,6 +124,7 @@ class Model:
         for solid in solids:
             self._fixed[solid.eliminated] = True
         self.timings = Timings()
+        self._pivots_at_rest: int | None = None
         self._number()
         self.rest_volumes = np.array([cavity.rest_volume for cavity in self.cavities])
         self._control_scale = float(self.rest_volumes.max()) if len(self.cavities) else 1.0
@@ -128,6 +135,7 @@ class Model:
         self.system = SparseSystem(self.n_unknowns, self.items, self._fixed)
         self.solver = factoriser(self.system.indptr, self.system.indices)
         self._factorised = False
+        self._unstable: int | None = None
         self.timings.analysis += time.perf_counter() - started
         self.timings.analyses += 1
 
@@ -162,10 +170,21 @@ class Model:
 
         guess : where Newton starts; control : which quantity ends at which value
 
-        Raises StepFailed when it does not converge, inverts, or leaves the range of the physics.
+        Raises StepFailed when it does not converge, inverts, or leaves the range of the physics; contacts
+        then have the partners that they had before.
         """
+        choices = [(item, item.choice) for item in self.pairings if isinstance(item, Choosing)]
+        try:
+            return self._converge(guess, control)
+        except StepFailed:
+            for item, choice in choices:
+                item.choice = choice
+            raise
+
+    def _converge(self, guess: State, control: Control) -> Step:
+        """Newton's iterations from a guess."""
         state = guess.copy()
-        self.pair(state)
+        self.pair(state, keep=True)
         found = self._admissible(state)
         history: list[float] = []
         tangent = None
@@ -186,7 +205,7 @@ class Model:
                     found.min_jacobian,
                     volumes,
                     history,
-                    self.solver.negative_pivots,
+                    self._unstable,
                     tangent,
                     found.min_gap,
                 )
@@ -212,14 +231,40 @@ class Model:
         """
         rest = self.rest()
         self.evaluate(rest)
-        borders = self._borders(rest, goal)
+        borders = self._borders(rest, Control("parameter", 0.0))
         self._factorise(borders)
+        self._pivots_at_rest = self.solver.negative_pivots
         _, along = self._newton_step(rest, borders)
-        n = len(self.cavities)
-        slope = borders.small[n, :n] @ along.pressures + borders.small[n, n]
-        if borders.control_row is not None:
-            slope += borders.control_row @ along.unknowns
+        n, wanted = len(self.cavities), self._borders(rest, goal)
+        slope = wanted.small[n, :n] @ along.pressures + wanted.small[n, n]
+        if wanted.control_row is not None:
+            slope += wanted.control_row @ along.unknowns
         return float(slope)
+
+    def linearise(self, state: State) -> int | None:
+        """Factorise the tangent at a state, the path parameter fixed; how many directions are unstable.
+
+        state : where, with its contacts as they are
+        """
+        self.evaluate(state)
+        self._factorise(self._borders(state, Control("parameter", state.parameter)))
+        return self._unstable
+
+    def response(self, forces: FloatArray) -> State:
+        """Small change by forces at a fixed path parameter, where the model was linearised.
+
+        forces : (n_unknowns,) on the displacements [N]
+        """
+        relaxed = self.solver.solve(forces[self.system.free][:, None])[:, 0]
+        return self._bordered_answer(relaxed, np.zeros(len(self.cavities) + 1))
+
+    def add(self, item: Item) -> None:
+        """Take one more item into the model.
+
+        item : couples displacements only
+        """
+        self.items.append(item)
+        self._number()
 
     def _admissible(self, state: State) -> Evaluation:
         if self._tears_air(state):
@@ -240,7 +285,7 @@ class Model:
             )
             if not self._tears_air(trial):
                 if pairing:
-                    self.pair(trial)
+                    self.pair(trial, keep=True)
                 found = self.evaluate(trial, stiff=False)
                 if self.tolerance.admits(found):
                     return trial, found
@@ -254,44 +299,10 @@ class Model:
             for cavity, pressure in zip(self.cavities, state.pressures, strict=True)
         )
 
-    def _borders(self, state: State, control: Control) -> _Borders:
-        n = len(self.cavities)
-        columns = np.zeros((self.n_unknowns, n))
-        small, right = np.zeros((n + 1, n + 1)), np.zeros(n + 1)
-        couples = np.zeros(n + 1, dtype=bool)
-        for i, (cavity, kind, rate) in enumerate(
-            zip(self.cavities, self.drive.kind, self.drive.rate, strict=True)
-        ):
-            columns[:, i] = cavity.gradient(self.n_unknowns)
-            small[i, n] = -rate
-            if kind == "volume":
-                uptake, slope = air_uptake(state.pressures[i], cavity.air_volume)
-                right[i] = cavity.volume - cavity.rest_volume + uptake - rate * state.parameter
-                small[i, i], couples[i] = slope, True
-            else:
-                right[i] = state.pressures[i] - rate * state.parameter
-                small[i, i] = 1.0
-        control_row: FloatArray | None = None
-        scale = self._control_scale
-        if control.quantity == "parameter":
-            small[n, n], right[n] = 1.0, state.parameter - control.target
-            scale = max(scale, 1.0) if "volume" in self.drive.kind else max(abs(control.target), 1e-9)
-        elif control.quantity == "pressure":
-            small[n, control.cavity], right[n] = 1.0, state.pressures[control.cavity] - control.target
-            scale = max(abs(control.target), 1e-6)
-        elif control.quantity == "volume_change":
-            cavity = self.cavities[control.cavity]
-            control_row = columns[:, control.cavity]
-            right[n] = cavity.volume - cavity.rest_volume - control.target
-        else:
-            assert control.measure is not None
-            value, gradient = control.measure(state.unknowns)
-            control_row = np.zeros(self.n_unknowns)
-            control_row[: len(gradient)] = gradient
-            right[n], scale = value - control.target, max(abs(control.target), 1e-6)
-        return _Borders(columns, small, right, couples, control_row, scale)
+    def _borders(self, state: State, control: Control) -> Borders:
+        return Borders.of(state, self.cavities, self.drive, control, self._control_scale)
 
-    def _error(self, state: State, found: Evaluation, borders: _Borders) -> float:
+    def _error(self, state: State, found: Evaluation, borders: Borders) -> float:
         """Largest residual over its tolerance; below one means converged."""
         free = self.system.free
         residual = self.system.residual[free]
@@ -306,7 +317,7 @@ class Model:
             errors.append(abs(borders.right[i]) / scale / self.tolerance.volume)
         return max(errors) if np.isfinite(errors).all() else np.inf
 
-    def _factorise(self, borders: _Borders) -> None:
+    def _factorise(self, borders: Borders) -> None:
         """Factorise the tangent with its borders: find what a unit of each pressure does to the unknowns."""
         started = time.perf_counter()
         try:
@@ -318,49 +329,52 @@ class Model:
         self._answers = self.solver.solve(columns) if self.cavities else columns
         self._bordered = borders
         self._factorised = True
+        self._unstable = self._count_unstable(borders)
         self.timings.factorisation += factorised - started
         self.timings.substitution += time.perf_counter() - factorised
         self.timings.factorisations += 1
 
-    def _newton_step(self, state: State, borders: _Borders) -> tuple[State, State]:
-        """The step with the last factors and their borders, and the path's direction (per path parameter)."""
-        free, n = self.system.free, len(self.cavities)
+    def _count_unstable(self, borders: Borders) -> int | None:
+        """Negative eigenvalues of the bordered tangent at a fixed path parameter, beyond those at rest.
+
+        Those of K by the signs of its pivots; eliminating K leaves one for each coupled fluid, which is
+        negative where the fluid's pressure rises with its volume.
+        """
+        pivots = self.solver.negative_pivots
+        if pivots is None or self._pivots_at_rest is None:
+            return None
+        fluids = np.flatnonzero(borders.couples[:-1])
+        stiffness = borders.condensed(self.system.free, self._answers)[np.ix_(fluids, fluids)]
+        rising = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T)) > 0.0
+        return pivots - self._pivots_at_rest - int((~rising).sum())
+
+    def _newton_step(self, state: State, borders: Borders) -> tuple[State, State]:
+        """The step with the last factors, and the path's direction per unit of the control."""
         started = time.perf_counter()
-        right = -borders.right
-        borders = self._bordered
-        columns = borders.columns[free]
-        relaxed = self.solver.solve(-self.system.residual[free][:, None])
-        solved = np.column_stack([self._answers, relaxed])
+        relaxed = self.solver.solve(-self.system.residual[self.system.free][:, None])[:, 0]
         self.timings.substitution += time.perf_counter() - started
-        small = borders.small.copy()
-        for i in np.flatnonzero(borders.couples[:n]):
-            small[i, :n] += columns[:, i] @ solved[:, :n]
-            right[i] -= columns[:, i] @ solved[:, n]
-        if borders.control_row is not None:
-            row = borders.control_row[free]
-            small[n, :n] += row @ solved[:, :n]
-            right[n] -= row @ solved[:, n]
+        step = self._bordered_answer(relaxed, -borders.right)
+        for item in self.items:
+            item.recover(step.unknowns)
+        one = np.zeros(len(self.cavities) + 1)
+        one[-1] = 1.0
+        return step, self._bordered_answer(None, one)
+
+    def _bordered_answer(self, relaxed: FloatArray | None, right: FloatArray) -> State:
+        """Change of everything by the last factors.
+
+        relaxed : (n_free,) answer of K to forces, None for no forces; right : of the borders, (n + 1,)
+        """
+        free, n = self.system.free, len(self.cavities)
+        if relaxed is not None:
+            right = right - self._bordered.answered(free, relaxed)
         try:
+            small = self._bordered.condensed(free, self._answers)
             change = np.asarray(np.linalg.solve(small, right), float)
-            along = np.asarray(np.linalg.solve(small[:n, :n], -small[:n, n]), float) if n else np.zeros(0)
         except np.linalg.LinAlgError as error:
             raise StepFailed("the path has a turning point in the controlled quantity") from error
         unknowns = np.zeros(self.n_unknowns)
-        unknowns[free] = solved[:, :n] @ change[:n] + solved[:, n]
-        for item in self.items:
-            item.recover(unknowns)
-        direction = np.zeros(self.n_unknowns)
-        direction[free] = solved[:, :n] @ along
-        return State(unknowns, change[:n], float(change[n])), State(direction, along, 1.0)
-
-
-@dataclass
-class _Borders:
-    """Columns dV/du (n_unknowns, n), the small matrix and right side (n + 1), and the control's row."""
-
-    columns: FloatArray
-    small: FloatArray
-    right: FloatArray
-    couples: NDArray[np.bool_]
-    control_row: FloatArray | None
-    scale: float
+        unknowns[free] = self._answers @ change[:n]
+        if relaxed is not None:
+            unknowns[free] += relaxed
+        return State(unknowns, change[:n], float(change[n]))

@@ -23,10 +23,10 @@ from tubefoot.fea.film import Film
 from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_tetrahedra import finger_tetrahedra
 from tubefoot.fea.items import Item
+from tubefoot.fea.landing import Limit
 from tubefoot.fea.measures import RIGID_REGIONS, Centreline, SectionRotation
 from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.path import Limit
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.fea.timeline import Stage, stages
 from tubefoot.units import ATMOSPHERE_MPA, DEG, KPA, ML

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,6 +92,13 @@ class Pairing(Item, Protocol):
 
         state : where to look; keep : leave the choice as it is where it still serves
         """
+
+
+@runtime_checkable
+class Choosing(Pairing, Protocol):
+    """A pairing whose choice can be taken back, when a step failed in the course of which it was changed."""
+
+    choice: tuple[Any, ...]
 
 
 @dataclass(frozen=True)

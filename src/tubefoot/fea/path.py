@@ -1,41 +1,41 @@
-"""Following the path of a model from rest to a goal: predictor, step control, exact landing, named ends.
+"""Following the path of a model from rest to a goal: step control, exact landing, snaps, named ends.
 
 The path is stepped in its parameter (for the pump: the pumped volume), so that it passes maxima of pressure.
-Each step starts from a polynomial through the last states, of the degree that would have foretold the last
-one best: high where the path is smooth, a line behind a kink such as a beginning contact. A limit, the goal
-among them, that the predictor sees coming is landed on exactly.
+Each step starts from a polynomial through the last states (`predictor`). A limit, the goal among them, that
+it sees coming is landed on exactly (`landing`).
+
+With the pump standing still, a finger may stop being stable: a thin fold buckles. An equilibrium with a
+negative eigenvalue is no state of the path; where the finger snaps to from there is (`settle`). Where no step
+is short enough, the path goes on by its length (`arc`): at a fold the parameter turns back, and the next
+stable state beyond is looked for. An end by instability is named only where one of the two was found.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from tubefoot.errors import ConvergenceError
+from tubefoot.fea.arc import Arc
 from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model, Step, StepFailed
 from tubefoot.fea.items import State
-
-OVERSHOOT = 0.02
-"""Share of a step by which a limit may lie beyond its end and still be landed on with it."""
-
+from tubefoot.fea.landing import Limit, next_target, passed, value_of
+from tubefoot.fea.predictor import predict
+from tubefoot.fea.settle import Settler
+from tubefoot.fea.stability import CriticalMode, critical_mode
 
 EASY = 8
 """Iterations up to which a step was easy enough for a longer one to follow."""
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A value at which the path ends, and what that means.
-
-    control : the quantity and its value; reason : what to report when it is reached
-    """
-
-    control: Control
-    reason: str
+ASTRAY = 4.0
+"""Way from the last state to a new one, over the foretold way, beyond which it lies on another branch."""
+ARC_STEPS = 16
+"""Steps by the path's length in which a fold shows, or the parameter passes what stopped it."""
+BEYOND = (1 / 16, 1 / 4)
+"""How far beyond a fold, over the longest step, the next stable state is looked for."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class StepControl:
 
     states : how many states the way to the goal is cut into, about
     growth : factor on the step after an easy one; shrink : after a failed one
-    smallest : shortest step over the first one before the path is given up
+    smallest : shortest step over the first one before another way on is looked for
     most : states after which the path is given up
     """
 
     states: int = 8
     growth: float = 1.5
     shrink: float = 0.5
-    smallest: float = 1 / 256
+    smallest: float = 1 / 32
     most: int = 400
 
 
@@ -60,6 +60,7 @@ class Path:
     """Converged states, from rest on, and why the path ended.
 
     turning_points : path parameters after which the goal's quantity turned back
+    failures : steps that did not converge
     """
 
     steps: list[Step]
@@ -86,60 +87,18 @@ def follow(
     stepping : step control; observe : called with every converged state
     known : converged steps of an earlier, interrupted run of the same model, from rest on
 
-    Raises ConvergenceError, with the history and the last converged step, when no step is short enough.
+    Raises ConvergenceError, with the history and the last converged step, when there is no way on.
     """
     stepping = stepping or StepControl()
     path = Path(list(known) or [_rest_step(model)])
     if not known and observe is not None:
         observe(path.steps[0], 0.0)
-    stride = _first_stride(model, goal.control, stepping)
-    shortest, longest = abs(stride) * stepping.smallest, abs(stride)
+    walk = _Walk(model, [goal, *limits], stepping, observe, path)
     while len(path.steps) < stepping.most:
-        started = time.perf_counter()
-        target, landing = _next_target(model, path, stride, [goal, *limits])
-        try:
-            step = model.solve(_predict(path.steps, target), _control(target, landing))
-            if landing is None and (passed := _passed(model, [goal, *limits], path.steps[-1], step)):
-                landing, at = passed
-                step = model.solve(_predict([*path.steps, step], at), landing.control)
-        except StepFailed as failure:
-            path.failures.append(f"step to {target:.6g} failed: {failure}")
-            stride *= stepping.shrink
-            if abs(stride) < shortest:
-                last = path.steps[-1]
-                raise ConvergenceError(
-                    f"the path could not be followed beyond parameter {last.state.parameter:.4g}: {failure}",
-                    path.failures,
-                    path,
-                ) from failure
-            continue
-        stop = observe(step, time.perf_counter() - started) if observe is not None else None
-        if stop:
-            path.end_reason = stop
+        walk.advance()
+        if path.end_reason:
             return path
-        _note_turning(model, goal.control, path, step)
-        path.steps.append(step)
-        if landing is not None:
-            path.end_reason = landing.reason
-            return path
-        if step.iterations <= EASY:
-            stride = np.copysign(min(longest, abs(stride) * stepping.growth), stride)
     raise ConvergenceError(f"the goal was not reached in {stepping.most} states", path.failures, path)
-
-
-def value_of(model: Model, control: Control, step: Step) -> float:
-    """Value of a control's quantity at a converged step.
-
-    model : the model solved; control : names the quantity; step : where
-    """
-    if control.quantity == "parameter":
-        return step.state.parameter
-    if control.quantity == "pressure":
-        return float(step.state.pressures[control.cavity])
-    if control.quantity == "volume_change":
-        return float(step.volumes[control.cavity] - model.rest_volumes[control.cavity])
-    assert control.measure is not None
-    return control.measure(step.state.unknowns)[0]
 
 
 def _rest_step(model: Model) -> Step:
@@ -148,116 +107,209 @@ def _rest_step(model: Model) -> Step:
     return Step(rest, 0, 0.0, 1.0, model.rest_volumes.copy())
 
 
-def _first_stride(model: Model, goal: Control, stepping: StepControl) -> float:
-    """Path parameter of the first step: its share of the way to the goal, by the tangent at rest."""
-    slope = model.slope_at_rest(goal)
-    if slope == 0.0:
-        raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
-    return goal.target / slope / stepping.states
+class _Walk:
+    """The path as it grows."""
 
+    def __init__(
+        self,
+        model: Model,
+        limits: list[Limit],
+        stepping: StepControl,
+        observe: Observer | None,
+        path: Path,
+    ):
+        self.model, self.limits, self.stepping, self.observe = model, limits, stepping, observe
+        self.path = path
+        self.stride = self._first_stride()
+        self.longest = abs(self.stride)
+        self.shortest = self.longest * stepping.smallest
+        # States since the last snap: no polynomial goes across one.
+        self.smooth = list(path.steps)
+        self._settler: Settler | None = None
+        self._started, self._fold_at = 0.0, 0.0
 
-def _control(target: float, landing: Limit | None) -> Control:
-    return Control("parameter", target) if landing is None else landing.control
+    def advance(self) -> None:
+        """Add the next state, or shorten the step."""
+        self._started = time.perf_counter()
+        target, landing = next_target(self.model, self.smooth, self.stride, self.limits)
+        control = Control("parameter", target) if landing is None else landing.control
+        try:
+            guess = predict(self.smooth, target)
+            step = self.model.solve(guess, control)
+            self._require_near(guess, step)
+            if landing is None and (found := passed(self.model, self.limits, self.smooth[-1], step)):
+                landing, at = found
+                step = self.model.solve(predict([*self.smooth, step], at), landing.control)
+        except StepFailed as failure:
+            self.path.failures.append(f"step to {target:.6g} failed: {failure}")
+            self.stride *= self.stepping.shrink
+            if abs(self.stride) < self.shortest:
+                self._find_way_on(failure)
+            return
+        if self._lost_balance(step):
+            self._leave(step)
+            return
+        self._accept(step, landing)
+        if step.iterations <= EASY:
+            self._lengthen()
 
+    def _require_near(self, guess: State, step: Step) -> None:
+        """Refuse a state that lies much farther away than was foretold: Newton went to another branch."""
+        if len(self.smooth) < 2:
+            return
+        size, last = self.model.mesh.points.size, self.smooth[-1].state.unknowns
+        foretold, gone = (np.linalg.norm((s.unknowns - last)[:size]) for s in (guess, step.state))
+        if gone > ASTRAY * foretold:
+            raise StepFailed(f"it went {gone / foretold:.1f} times as far as foretold")
 
-def _next_target(
-    model: Model, path: Path, stride: float, limits: Sequence[Limit]
-) -> tuple[float, Limit | None]:
-    """Parameter of the next state, and the limit to land on if one lies within the step."""
-    here = path.steps[-1].state.parameter
-    crossings = [
-        (abs(at - here), at, k)
-        for k, limit in enumerate(limits)
-        if (at := _crossing(model, limit.control, path.steps, stride)) is not None
-    ]
-    if not crossings:
-        return here + stride, None
-    _, target, nearest = min(crossings)
-    return target, limits[nearest]
+    def _first_stride(self) -> float:
+        """Path parameter of the first step: its share of the way to the goal, by the tangent at rest."""
+        goal = self.limits[0].control
+        slope = self.model.slope_at_rest(goal)
+        if slope == 0.0:
+            raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
+        return goal.target / slope / self.stepping.states
 
+    def _lengthen(self) -> None:
+        longer = min(self.longest, abs(self.stride) * self.stepping.growth)
+        self.stride = float(np.copysign(longer, self.stride))
 
-def _passed(model: Model, limits: Sequence[Limit], before: Step, after: Step) -> tuple[Limit, float] | None:
-    """The first limit that lies between two states, and about where."""
-    found = []
-    for number, limit in enumerate(limits):
-        a, b = (value_of(model, limit.control, step) - limit.control.target for step in (before, after))
-        roundoff = 1e-10 * abs(limit.control.target)
-        if abs(a) > roundoff and (a * b < 0.0 or abs(b) <= roundoff):
-            found.append((a / (a - b), number))
-    if not found:
+    def _accept(self, step: Step, landing: Limit | None = None) -> None:
+        """Take a state into the path, unless the observer ends the path before it."""
+        wall_s = time.perf_counter() - self._started
+        stop = self.observe(step, wall_s) if self.observe is not None else None
+        if stop:
+            self.path.end_reason = stop
+            return
+        self._note_turning(step)
+        self.path.steps.append(step)
+        self.smooth.append(step)
+        if landing is not None:
+            self.path.end_reason = landing.reason
+
+    def _note_turning(self, step: Step) -> None:
+        """Record where the goal's quantity turned back."""
+        if len(self.smooth) < 2:
+            return
+        values = [value_of(self.model, self.limits[0].control, s) for s in (*self.smooth[-2:], step)]
+        if (values[2] - values[1]) * (values[1] - values[0]) < 0:
+            self.path.turning_points.append(self.smooth[-1].state.parameter)
+
+    def _lost_balance(self, step: Step) -> bool:
+        """Whether the energy falls in some direction; the step's own factors only raise the suspicion."""
+        return bool(step.unstable) and bool(self.model.linearise(step.state))
+
+    def _leave(self, step: Step) -> None:
+        """Snap from an unstable state to where the structure comes to rest."""
+        before, mode = self.path.steps[-1], critical_mode(self.model, step.state)
+        cause = (
+            f"unstable between parameters {before.state.parameter:.6g} and {step.state.parameter:.6g}: "
+            f"{mode.unstable} negative eigenvalue{'s' if mode.unstable != 1 else ''}, "
+            f"{mode.stiffness:.2g} N/mm^4, largest displacement {self._place(mode)}"
+        )
+        try:
+            self._snap(self._settled().leave(before, step, mode), cause)
+        except StepFailed as failure:
+            self.path.failures.append(f"no stable state found: {failure}")
+            self.path.end_reason = f"instability: {cause}; no stable state found beyond"
+
+    def _snap(self, step: Step, cause: str) -> None:
+        """Take a state to which the structure snapped into the path."""
+        before = self.path.steps[-1]
+        found = passed(self.model, self.limits, before, step)
+        self.smooth = []
+        self._accept(replace(step, event=f"snap: {cause}"))
+        if found is not None and not self.path.end_reason:
+            self.path.end_reason = f"{found[0].reason}, passed in a snap"
+        self.stride = float(np.copysign(self.longest / 4, self.stride))
+
+    def _find_way_on(self, failure: StepFailed) -> None:
+        """Go on where no step of the parameter is short enough: by length, then beyond the fold."""
+        turned = self._go_by_length()
+        if self.path.end_reason or turned is None:
+            return
+        last = self.path.steps[-1]
+        cause = f"damped motion where no step converged, from parameter {last.state.parameter:.6g}"
+        if turned:
+            cause = f"fold of the path in its parameter at {self._fold_at:.6g}"
+        for share in BEYOND:
+            start = self._fold_at if turned else last.state.parameter
+            beyond = start + float(np.copysign(share * self.longest, self.stride))
+            try:
+                self._snap(self._settled().advance(last, beyond), cause)
+                return
+            except StepFailed as further:
+                self.path.failures.append(f"no rest at {beyond:.6g}: {further}")
+        if turned:
+            mode = critical_mode(self.model, last.state)
+            self.path.end_reason = (
+                f"instability: {cause}, softest {self._place(mode)}; no stable state found beyond"
+            )
+            return
+        raise ConvergenceError(
+            f"the path could not be followed beyond parameter {last.state.parameter:.4g}: {failure}",
+            self.path.failures,
+            self.path,
+        ) from failure
+
+    def _go_by_length(self) -> bool | None:
+        """Take steps along the arc: True at a fold, False where it gives up, None where it led on."""
+        last, forward = self.path.steps[-1], float(np.sign(self.stride))
+        farthest, unstable = last.state.parameter, None
+        failed_at = farthest + forward * self.longest / 8
+        arc = Arc(self.model, self._before(last), last.state)
+        try:
+            for step in arc.steps(ARC_STEPS):
+                if forward * (step.state.parameter - farthest) <= 0.0:
+                    self._fold_at = farthest
+                    return True
+                farthest = step.state.parameter
+                if unstable is None and self._lost_balance(step):
+                    unstable = step
+                # From there on only a fold is of interest: one leaves the unstable branch at its beginning.
+                if unstable is None:
+                    if passed(self.model, self.limits, self.smooth[-1], step):
+                        break
+                    self._accept(step)
+                    if self.path.end_reason:
+                        return None
+                if forward * (farthest - failed_at) > 0.0:
+                    break
+        except StepFailed as failure:
+            self.path.failures.append(f"no step by length: {failure}")
+            if unstable is None:
+                return False
+        if unstable is not None:
+            self._leave(unstable)
+        self.stride = forward * self.longest / 8
         return None
-    share, number = min(found)
-    start, end = before.state.parameter, after.state.parameter
-    return limits[number], start + share * (end - start)
 
+    def _before(self, last: Step) -> State:
+        """A state before the last one: that of the path, or after a snap one along its tangent."""
+        if len(self.smooth) > 1:
+            return self.smooth[-2].state
+        back = -float(np.copysign(self.shortest, self.stride))
+        if last.tangent is None:
+            return State(last.state.unknowns, last.state.pressures, last.state.parameter + back)
+        back /= last.tangent.parameter
+        return State(
+            last.state.unknowns + back * last.tangent.unknowns,
+            last.state.pressures + back * last.tangent.pressures,
+            last.state.parameter + back * last.tangent.parameter,
+        )
 
-def _crossing(model: Model, control: Control, steps: Sequence[Step], stride: float) -> float | None:
-    """Parameter within the next step at which the extrapolated quantity meets its value."""
-    here = steps[-1].state.parameter
-    reach = here + (1 + OVERSHOOT) * stride
-    if control.quantity == "parameter":
-        inside = min(here, reach) <= control.target <= max(here, reach)
-        return control.target if inside else None
-    now = value_of(model, control, steps[-1])
-    if len(steps) == 1:
-        return None
-    fractions = np.linspace(0.0, 1.0, 41)
-    values = [
-        _extrapolated(model, control, steps, here + f * (reach - here)) - control.target for f in fractions
-    ]
-    values[0] = now - control.target
-    for k in range(40):
-        if values[k] != 0.0 and values[k] * values[k + 1] <= 0.0:
-            share = values[k] / (values[k] - values[k + 1])
-            return float(here + (fractions[k] + share * (fractions[k + 1] - fractions[k])) * (reach - here))
-    return None
+    def _settled(self) -> Settler:
+        self._settler = self._settler or Settler(self.model)
+        return self._settler
 
-
-def _extrapolated(model: Model, control: Control, steps: Sequence[Step], parameter: float) -> float:
-    recent = steps[-3:]
-    weights = _weights([step.state.parameter for step in recent], parameter)
-    return float(sum(w * value_of(model, control, s) for w, s in zip(weights, recent, strict=True)))
-
-
-def _weights(parameters: Sequence[float], at: float) -> list[float]:
-    """Lagrange weights of the polynomial through the given parameters."""
-    weights = []
-    for i, p in enumerate(parameters):
-        others = [q for j, q in enumerate(parameters) if j != i]
-        weights.append(float(np.prod([(at - q) / (p - q) for q in others])))
-    return weights
-
-
-HIGHEST_DEGREE = 3
-
-
-def _predict(steps: Sequence[Step], parameter: float) -> State:
-    """The state that the polynomial through the last states has at a parameter."""
-    recent = [step.state for step in steps[-_degree(steps) - 1 :]]
-    weights = _weights([state.parameter for state in recent], parameter)
-    return State(
-        sum((w * s.unknowns for w, s in zip(weights, recent, strict=True)), np.zeros(1)),
-        sum((w * s.pressures for w, s in zip(weights, recent, strict=True)), np.zeros(1)),
-        parameter,
-    )
-
-
-def _degree(steps: Sequence[Step]) -> int:
-    """Degree of the polynomial that would have foretold the last state best."""
-    last, before = steps[-1].state, [step.state for step in steps[:-1]]
-    errors = {}
-    for degree in range(1, min(HIGHEST_DEGREE, len(before) - 1) + 1):
-        recent = before[-degree - 1 :]
-        weights = _weights([state.parameter for state in recent], last.parameter)
-        foretold = sum((w * s.unknowns for w, s in zip(weights, recent, strict=True)), np.zeros(1))
-        errors[degree] = float(np.linalg.norm(foretold - last.unknowns))
-    return min(errors, key=lambda degree: errors[degree]) if errors else len(before)
-
-
-def _note_turning(model: Model, goal: Control, path: Path, step: Step) -> None:
-    """Record where the goal's quantity turned back."""
-    if len(path.steps) < 2:
-        return
-    values = [value_of(model, goal, s) for s in (*path.steps[-2:], step)]
-    if (values[2] - values[1]) * (values[1] - values[0]) < 0:
-        path.turning_points.append(path.steps[-1].state.parameter)
+    def _place(self, mode: CriticalMode) -> str:
+        """Region and rest position of the largest displacement of a mode."""
+        mesh = self.model.mesh
+        point = int(np.argmax(np.linalg.norm(mode.shape, axis=1)))
+        regions = {
+            mesh.regions[k].replace("_", " ")
+            for block in mesh.blocks
+            for k in block.region[(block.nodes == point).any(axis=1)]
+        }
+        x, y, z = mesh.points[point]
+        return f"in {' and '.join(sorted(regions))} at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm"

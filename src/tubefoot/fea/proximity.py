@@ -116,6 +116,22 @@ def outside_facet(place, triangle):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
+def follow_places(  # type: ignore[no-untyped-def]
+    points, normals, facet, powers, polynomials, triangle, places, gaps, outside
+):
+    """Follow where the normals of samples meet given facets, or their continuations beyond an edge.
+
+    points, normals : (n, 3) of the samples; facet : (n,) that each meets
+    powers, polynomials : of all facets; triangle : kind of facet
+    places : (n, 2) in and out; gaps : (n,) out, nan where a facet got lost; outside : (n,) out
+    """
+    surface = np.empty((6, 3))
+    for k in range(points.shape[0]):
+        gaps[k] = gap_along(powers, polynomials[facet[k]], points[k], normals[k], places[k], surface)
+        outside[k] = outside_facet(places[k], triangle)
+
+
+@njit(cache=True, error_model="numpy")
 def facing_cosine(surface, normal):  # type: ignore[no-untyped-def]
     """Cosine between a facet's normal and another one.
 

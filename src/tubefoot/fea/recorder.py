@@ -52,6 +52,7 @@ CURVE_COLUMNS = (
     "largest_stretch_p999",
     "contact_gap_where",
     "time_s",
+    "event",
 )
 STRESS_COLUMNS = ("s11", "s22", "s33", "s12", "s13", "s23")
 
@@ -239,6 +240,7 @@ class Recorder:
             "min_jacobian": step.min_jacobian,
             "newton_iterations": step.iterations,
             "time_s": step.time if isinstance(step, TimedStep) else None,
+            "event": step.event or None,
         }
 
     def _field_path(self, number: int) -> Path:
@@ -274,6 +276,7 @@ class Recorder:
             "peak_memory_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
             "scaled_jacobian_min": float(scaled_jacobian(subject.mesh).min()),
             "turning_points_ml": [value / subject.share / ML for value in path.turning_points],
+            "snaps": [row["event"] for row in self.ledger.curve if row.get("event")],
             "failed_steps": path.failures,
             "factoriser": model.solver.name,
             "seconds": {

@@ -23,10 +23,10 @@ from tubefoot.fea.elements import element_kind
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.file_mesh import FileMesh, read_mesh_file
 from tubefoot.fea.finger_model import HALF, SolveSettings, goal_control, ogden_law
+from tubefoot.fea.landing import Limit
 from tubefoot.fea.measures import SectionRotation
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.named_mesh import named_mesh
-from tubefoot.fea.path import Limit
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.units import ATMOSPHERE_MPA, ML
 

@@ -21,8 +21,9 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model, Step, StepFailed
 from tubefoot.fea.items import State
+from tubefoot.fea.landing import Limit, value_of
 from tubefoot.fea.memory import Memory
-from tubefoot.fea.path import Limit, Observer, Path, value_of
+from tubefoot.fea.path import Observer, Path
 
 MOST_CUTS = 8
 """How often a step may be halved before the solve is given up."""

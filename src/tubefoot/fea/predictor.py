@@ -1,0 +1,57 @@
+"""Where the path goes next: the polynomial through the last states.
+
+Its degree is the one that would have foretold the last state best: high where the path is smooth, a line
+behind a kink such as a beginning contact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tubefoot.fea.equilibrium import Step
+from tubefoot.fea.items import State
+
+HIGHEST_DEGREE = 3
+
+
+def predict(steps: Sequence[Step], parameter: float) -> State:
+    """The state that the polynomial through the last states has at a parameter.
+
+    steps : the last ones, without a jump between them; parameter : where
+    """
+    recent = [step.state for step in steps[-best_degree(steps) - 1 :]]
+    shares = weights([state.parameter for state in recent], parameter)
+    return State(
+        sum((w * s.unknowns for w, s in zip(shares, recent, strict=True)), np.zeros(1)),
+        sum((w * s.pressures for w, s in zip(shares, recent, strict=True)), np.zeros(1)),
+        parameter,
+    )
+
+
+def best_degree(steps: Sequence[Step]) -> int:
+    """Degree of the polynomial that would have foretold the last state best; few states allow a low one.
+
+    steps : the last ones, without a jump between them
+    """
+    last, before = steps[-1].state, [step.state for step in steps[:-1]]
+    errors = {}
+    for degree in range(1, min(HIGHEST_DEGREE, len(before) - 1) + 1):
+        recent = before[-degree - 1 :]
+        shares = weights([state.parameter for state in recent], last.parameter)
+        foretold = sum((w * s.unknowns for w, s in zip(shares, recent, strict=True)), np.zeros(1))
+        errors[degree] = float(np.linalg.norm(foretold - last.unknowns))
+    return min(errors, key=lambda degree: errors[degree]) if errors else len(before)
+
+
+def weights(parameters: Sequence[float], at: float) -> list[float]:
+    """Lagrange weights of the polynomial through the given parameters.
+
+    parameters : of the states; at : where the polynomial is wanted
+    """
+    found = []
+    for i, p in enumerate(parameters):
+        others = [q for j, q in enumerate(parameters) if j != i]
+        found.append(float(np.prod([(at - q) / (p - q) for q in others])))
+    return found
