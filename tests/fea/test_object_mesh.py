@@ -8,7 +8,7 @@ from tubefoot.fea.elements import element_kind
 from tubefoot.fea.mesh import jacobian_at
 from tubefoot.fea.object_mesh import beside, object_mesh
 
-SIZES = (15.0, 12.0, 20.0)
+SIZES = (15.0, 12.0, 26.0)
 EDGES = (4.0 - np.pi) * 12.0
 """What four rounded edges of 1 mm radius take off a box 12 mm deep [mm^3]."""
 VOLUMES = {
