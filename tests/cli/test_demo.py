@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from tubefoot.cli import demo as demo_module
-from tubefoot.cli import demo_grasps, demo_stages, demo_validation
+from tubefoot.cli import demo_bending, demo_grasps, demo_stages, demo_validation
 from tubefoot.cli.demo import Progress, demo, remove_run
 from tubefoot.cli.demo_stages import Case, Stage, cases
 from tubefoot.cli.report import report
@@ -115,6 +115,7 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     ]
     monkeypatch.setattr(demo_stages, "cases", lambda quick: planned)
     monkeypatch.setattr(demo_grasps, "grasp_stages", lambda quick: [])
+    monkeypatch.setattr(demo_bending, "bending_stages", lambda quick: [])
     monkeypatch.setattr(demo_validation, "validation_stages", lambda: [])
     demo(out=tmp_path, quick=True)
     judged = json.loads((tmp_path / "claims.json").read_text())

@@ -52,11 +52,12 @@ def stages(quick: bool) -> list[Stage]:
 
     quick : coarser meshes and fewer states
     """
+    from tubefoot.cli.demo_bending import bending_stages
     from tubefoot.cli.demo_grasps import grasp_stages
     from tubefoot.cli.demo_validation import validation_stages
 
     solves = [solve_stage(case) for case in cases(quick)]
-    return [*solves, print_stage(), *validation_stages(), *grasp_stages(quick)]
+    return [*solves, print_stage(), *validation_stages(), *bending_stages(quick), *grasp_stages(quick)]
 
 
 def judge(root: Path) -> list[Claim]:
@@ -64,10 +65,13 @@ def judge(root: Path) -> list[Claim]:
 
     root : directory of the runs
     """
+    from tubefoot.cli.demo_bending import judge_bending
     from tubefoot.cli.demo_grasps import judge_grasps
     from tubefoot.cli.demo_validation import judge_validation
+    from tubefoot.study.claims import join_claims
 
-    return [*judge_solves(root), *judge_validation(root), *judge_grasps(root)]
+    bench = [*judge_validation(root), *judge_bending(root), *judge_grasps(root)]
+    return join_claims(judge_solves(root), bench)
 
 
 def cases(quick: bool) -> list[Case]:

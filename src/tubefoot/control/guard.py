@@ -12,6 +12,8 @@ from tubefoot.lab.rig import RigLimits
 from tubefoot.units import DEG, KPA, ML
 
 SIDES = ("right", "left")
+RELAXING_S = 0.5
+"""How long the pump must have stood: two samples may be the same by chance."""
 TURN_SEEN = 0.5 * DEG
 """Change of the bend angle that counts as an answer [rad]."""
 
@@ -85,7 +87,7 @@ class AnswerCheck:
         self._high = (max(self._high[0], seen.pressures[0]), max(self._high[1], seen.pressures[1]))
         ranges = [high - low for high, low in zip(self._high, self._low, strict=True)]
         if not seen.direction:
-            return self._relaxed(ranges)
+            return self._relaxed(ranges) if seen.time - start.time > RELAXING_S else ""
         volume = abs(seen.pumped_volume - start.pumped_volume)
         if volume < self._settings.still_ml * ML:
             return ""

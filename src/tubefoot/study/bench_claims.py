@@ -191,5 +191,5 @@ def judge_bench_reversal(forward: BendRecord, backward: BendRecord) -> Claim:
         "volumes of opposite sign",
         verdict_of(parts),
         numbers,
-        "bend",
+        "bends",
     )

@@ -6,7 +6,7 @@ A claim that the numbers contradict is reported as refuted; the rules are fixed 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -44,6 +44,26 @@ def verdict_of(parts: Iterable[bool]) -> Verdict:
     if not found:
         return "not computed"
     return "holds" if all(found) else "mixed" if any(found) else "refuted"
+
+
+def join_claims(solved: Iterable[Claim], seen: Iterable[Claim]) -> list[Claim]:
+    """Claims of two origins; one that both judged holds only where both say so.
+
+    solved : by finite elements; seen : on the bench
+    """
+    joined = {claim.id: claim for claim in solved}
+    for claim in seen:
+        first = joined.get(claim.id)
+        if first is None:
+            joined[claim.id] = claim
+            continue
+        joined[claim.id] = replace(
+            first,
+            rule=f"{first.rule}; on the bench: {claim.rule}",
+            verdict=first.verdict if first.verdict == claim.verdict else "mixed",
+            numbers=first.numbers | {f"bench_{key}": value for key, value in claim.numbers.items()},
+        )
+    return list(joined.values())
 
 
 def judge_pitch(curves: Mapping[str, Curve]) -> Claim:
