@@ -173,7 +173,7 @@ def test_the_mean_place_is_held_with_the_stated_stiffness():
 
 
 def test_the_peak_leaves_out_a_share_of_the_touching_area():
-    touch = Touch(np.zeros((4, 3)), np.array([0.0, 1.0, 2.0, 9.0]), np.array([50.0, 60.0, 39.5, 0.5]))
+    touch = Touch(np.zeros((4, 3)), np.array([0.0, 1.0, 2.0, 9.0]), np.array([1e4, 60.0, 39.5, 0.5]))
     assert touch.patch == 100.0
     assert touch.peak(0.99) == 2.0
     assert touch.peak(1.0) == 9.0
