@@ -93,7 +93,9 @@ def test_the_first_finger_waits_for_the_other() -> None:
     springs.run(protocol)
     first, second = protocol.outcome.contact_pulse
     assert 0 < first < second
-    assert (0, 1) in springs.pulses
+    inward = [pulses for pulses in springs.pulses if max(pulses) > 0]
+    assert inward[:first] == [(1, 1)] * first
+    assert inward[first:second] == [(0, 1)] * (second - first)
 
 
 def test_one_pump_moves_both() -> None:
