@@ -149,10 +149,10 @@ def test_a_ball_presses_a_stiff_block_as_hertz_says():
     law = OgdenLaw.elastic(0.03, 0.3)
     radius = 8.0
     barrier = Barrier(reach=0.02, stiffness=10.0, depth=3.0, ahead=4.0)
-    ball = object_mesh((2 * radius,) * 3, (0, 1, 2), 1.0)
+    ball = object_mesh((2 * radius,) * 3, (0, 1, 2), 1.5)
     mesh = block_before(ball, 0.02, n=6)
-    push = 0.25
-    _, contact, _, state, _ = squeezed(mesh, (OgdenLaw.elastic(30.0, 0.3), law), push, 6, barrier)
+    push = 0.4
+    _, contact, _, state, _ = squeezed(mesh, (OgdenLaw.elastic(30.0, 0.3), law), push, 5, barrier)
     force, _ = contact.resultant(state)
     hertz = 4.0 / 3.0 * 0.03 / (1 - 0.09) * np.sqrt(radius) * push**1.5
     # A quarter of the patch; the whole ball is squeezed from two sides, each by `push`.
