@@ -9,10 +9,132 @@ from cyclopts import App, Parameter
 
 if TYPE_CHECKING:
     from tubefoot.study.material_fit import MaterialFit
+    from tubefoot.validation.fit_stage import FitResult
 
 fit_app = App(name="fit", help="Parameters from recordings of a bench, or from tests of a material.")
 
 Kind = Literal["uniaxial", "planar", "equibiaxial", "shear", "dma", "relaxation"]
+
+
+@fit_app.default
+def recordings(
+    *recording: Path,
+    model: Annotated[
+        Path | None,
+        Parameter(help="reduced finger of any length (`tubefoot reduce`); the reference if not given"),
+    ] = None,
+    held_out: Annotated[
+        tuple[Path, ...], Parameter(help="recording that is only predicted; may be given again")
+    ] = (),
+    columns: Annotated[Path | None, Parameter(help="column map of recordings that are tables (TOML)")] = None,
+    units: Annotated[
+        int | None, Parameter(help="units of the finger where the recording does not say")
+    ] = None,
+    tilt_deg: Annotated[
+        float, Parameter(help="straight finger against the vertical: 0 stands, 180 hangs")
+    ] = 0.0,
+    top_kpa: Annotated[float, Parameter(help="right pressure at which offsets are attributed")] = 30.0,
+    sobol_samples: Annotated[
+        int, Parameter(help="base samples of Sobol indices, a power of two; 0: none")
+    ] = 64,
+    profile: Annotated[tuple[str, ...], Parameter(help="unknown whose profile likelihood is wanted")] = (),
+    seed: Annotated[int, Parameter(help="of the Sobol samples")] = 0,
+    out: Annotated[Path, Parameter(help="directory for the results")] = Path("out/fit"),
+) -> None:
+    """Fit bench and finger to recordings: fitted.toml with uncertainty, fit.json, attribution, figures.
+
+    Material scale, seam, trapped air, bubbles, tube, pump and relaxation by a lean model with priors and
+    bounds. What the recordings do not tell apart is named. Several recordings are fitted together: one print,
+    one bench.
+
+    Example: tubefoot fit out/rig-record/bench.mcap --out out/fit
+
+    Parameters
+    ----------
+    recording
+        Recordings (.mcap, or tables with --columns).
+    """
+    from tubefoot.config import load_settings, parse_settings
+    from tubefoot.errors import ConfigError
+    from tubefoot.records import Run
+    from tubefoot.reduced.files import read_reduced, reference_file
+    from tubefoot.report.fit import draw_fit
+    from tubefoot.validation.column_map import ColumnMap
+    from tubefoot.validation.fit_stage import FitSettings, distinct_names, fit_recordings
+    from tubefoot.validation.loading import load_recording
+
+    if not recording:
+        raise ConfigError("no recording given; name .mcap files, or tables with --columns; see --help")
+    table = {
+        "top_kpa": top_kpa,
+        "tilt_deg": tilt_deg,
+        "sobol_samples": sobol_samples,
+        "profile": profile,
+        "seed": seed,
+    }
+    settings = parse_settings(table, FitSettings, source="fit")
+    mapping = load_settings(columns, ColumnMap) if columns else None
+    content = read_reduced(model) if model else reference_file()
+    paths = [*recording, *held_out]
+    records = distinct_names([load_recording(path, mapping, units=units) for path in paths], paths)
+    asked = {"recordings": [str(path) for path in recording], "held_out": [str(path) for path in held_out]}
+    run = Run(out, "fit", {**settings.model_dump(), **asked, "model": content.name}, seed)
+    count = len(recording)
+    result = fit_recordings(
+        records[:count],
+        records[count:],
+        content,
+        out,
+        settings,
+        say=lambda step: print(f"  {step}", flush=True),
+    )
+    for sentence in _about_bench(result):
+        print(sentence)
+    pictures = draw_fit(out)
+    run.finish()
+    print(f"results: {out}; parameters: {out / 'fitted.toml'}; figures: {len(pictures)} in {out / 'figures'}")
+
+
+def _about_bench(result: FitResult) -> list[str]:
+    """The result in sentences."""
+    from tubefoot.units import DEG, KPA
+    from tubefoot.validation.bench_parameters import MAIN
+
+    found = []
+    for each in result.fit.estimates:
+        if each.name not in MAIN:
+            continue
+        verdict = "" if each.identified else "  not identified"
+        if not each.identified and each.mixed_with:
+            verdict += f": not told apart from {next(iter(each.mixed_with))}"
+        elif not each.identified and each.low <= 0.0:
+            verdict += f": below {each.high:.3g}"
+        label = f"{each.name} ({each.recording})" if each.recording else each.name
+        found.append(f"  {label:28s} {each.value:9.4g}  95 % {each.low:.4g} to {each.high:.4g}{verdict}")
+    right, left, angle = result.fit.off
+    found.append(
+        f"model against recording: {right / KPA:.3f} and {left / KPA:.3f} kPa, {angle / DEG:.3f} deg RMS"
+    )
+    if not result.fit.converged:
+        found.append("the search did not end by itself: take the values with care")
+    for other in result.predictions:
+        found.append(
+            f"held out: {other.name} ({other.units} units) predicted within {other.right / KPA:.2f} and "
+            f"{other.left / KPA:.2f} kPa, {other.angle / DEG:.2f} deg RMS"
+        )
+    if (attribution := result.attribution) is not None:
+        for quantity in attribution.shapley:
+            shares = attribution.shapley[quantity]
+            parts = ", ".join(f"{cause} {share:+.2f}" for cause, share in shares.items())
+            found.append(f"offset of {quantity} {attribution.offset(quantity):+.2f}: {parts}")
+            verdict = "confirmed" if attribution.main_cause(quantity) == "seam" else "refuted"
+            found.append(f"  main cause: {attribution.main_cause(quantity)}; seam as main cause: {verdict}")
+        best = min(result.decisive[1:], key=lambda row: row["seam_sigma"])
+        found.append(
+            f"to decide about the seam (now +-{result.decisive[0]['seam_sigma']:.3g}): {best['measurement']} "
+            f"(+-{best['seam_sigma']:.3g})"
+        )
+    return found
 
 
 @fit_app.command

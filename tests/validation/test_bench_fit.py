@@ -1,0 +1,131 @@
+"""Known benches come back with intervals that hold them, and what cannot be told apart is said."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tests.validation.lean_records import CONTENT, cyclic_pulses, known_values, made_record
+
+from tubefoot.errors import ConfigError
+from tubefoot.units import DEG, KPA
+from tubefoot.validation.bench_fit import FitProblem, fit_bench, identified_combinations, profile
+from tubefoot.validation.bench_parameters import MAIN, NAMES
+from tubefoot.validation.fit_stage import predict
+from tubefoot.validation.recording import RecordedPulse
+from tubefoot.validation.windows import observe
+
+FREE = ("scale", "seam", "air_right_ml", "flow_forward_ml_per_s", "flow_reverse_ml_per_s")
+
+
+def problem_of(values, free=FREE, seed=0, **fixed):
+    """A fit of a few unknowns, the others known."""
+    known = {name: values[name] for name in NAMES if name not in free} | fixed
+    return FitProblem(
+        CONTENT.to_finger(), CONTENT.to_prony(), [observe(made_record(values, seed=seed))], known
+    )
+
+
+@pytest.fixture(scope="module")
+def whole():
+    """A fit of all unknowns with rollers that ran ahead and behind."""
+    values = known_values(ripple_sin_1_ul=-5.0, ripple_cos_1_ul=2.0, roller_volume_ml=0.3)
+    problem = FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), [observe(made_record(values))])
+    return values, problem, fit_bench(problem)
+
+
+def test_all_unknowns_together_hold_the_truth(whole):
+    values, _, fit = whole
+    assert fit.converged
+    outside = [name for name in MAIN if not fit.of(name).low <= values[name] <= fit.of(name).high]
+    assert len(outside) <= 1  # of twelve 95 % intervals
+    assert fit.of("scale").value == pytest.approx(values["scale"], rel=0.05)
+    assert fit.of("ripple_sin_1_ul").value == pytest.approx(-5.0, abs=0.7)
+    assert max(fit.off[:2]) < 0.15 * KPA  # the record was made on a finer grid
+    assert fit.off[2] < 0.02 * DEG
+
+
+def test_air_and_bubble_of_a_side_are_said_to_be_mixed(whole):
+    _, problem, fit = whole
+    assert any(name.startswith("air_right") for name in fit.of("bubble_right_ml").mixed_with)
+    assert not fit.of("bubble_right_ml").identified
+    worst = identified_combinations(fit, problem)[-1]
+    best = identified_combinations(fit, problem)[0]
+    assert worst["ratio"] > 0.5 > 0.05 > best["ratio"]
+
+
+def test_a_held_out_run_is_predicted(whole):
+    values, problem, fit = whole
+    runs = [RecordedPulse(2.0 + 1.5 * k, 2.2 + 1.5 * k, 1, 0.35, float("nan")) for k in range(9)]
+    found = predict(fit, problem, made_record(values, seed=5, pulses=(tuple(runs), 20.0)))
+    assert max(found.right, found.left) < 1.0 * KPA
+    assert found.angle < 1.0 * DEG
+
+
+def test_few_unknowns_come_back_within_their_intervals():
+    values = known_values()
+    inside = []
+    for seed in range(5):
+        fit = fit_bench(problem_of(values, seed=seed))
+        inside += [fit.of(name).low <= values[name] <= fit.of(name).high for name in FREE]
+    assert np.mean(inside) >= 0.85  # 25 intervals of 95 %, correlated within a fit
+
+
+def test_a_parameter_the_data_do_not_touch_keeps_its_prior():
+    values = known_values()
+    one_way = cyclic_pulses()[0][:9]
+    record = made_record(values, pulses=(one_way, 14.0))
+    known = {name: values[name] for name in NAMES if name not in FREE}
+    fit = fit_bench(FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), [observe(record)], known))
+    assert fit.of("flow_reverse_ml_per_s").learnt == pytest.approx(0.0, abs=1e-3)
+    assert fit.of("flow_forward_ml_per_s").learnt > 0.99
+
+
+def test_the_profile_has_its_least_at_the_fit_and_bounds_the_interval():
+    values = known_values()
+    problem = problem_of(values, free=("scale", "flow_forward_ml_per_s", "flow_reverse_ml_per_s"))
+    fit = fit_bench(problem)
+    each = fit.of("scale")
+    rises = dict(profile(problem, fit, "scale", [each.low, each.value * 1.0005, each.high]))
+    assert rises[each.low] == pytest.approx(3.84, rel=0.25)
+    assert rises[each.high] == pytest.approx(3.84, rel=0.25)
+    assert min(rises.values()) > -0.05
+
+
+def test_two_recordings_share_the_bench_but_not_the_filling():
+    values = known_values()
+    short, long = observe(made_record(values)), observe(made_record(values, units=6, seed=1))
+    free = ("scale", "seam", "bubble_right_ml")
+    known = {name: values[name] for name in NAMES if name not in free}
+    both = [replace(short, name="short"), replace(long, name="long")]
+    fit = fit_bench(FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), both, known))
+    assert [each.recording for each in fit.estimates] == ["", "", "short", "long"]
+    assert fit.of("scale").value == pytest.approx(values["scale"], rel=0.02)
+
+
+def test_a_recording_without_units_or_pauses_is_refused():
+    record = made_record(known_values())
+    with pytest.raises(ConfigError, match="how many units"):
+        observe(replace(record, units=None))
+    with pytest.raises(ConfigError, match="pauses of half a second"):
+        observe(record, until=record.pulses[2].start)
+
+
+@pytest.mark.slow
+def test_a_blind_bench_is_fitted_and_its_other_length_predicted(tmp_path):
+    from tubefoot.validation.attribution import values_of
+    from tubefoot.validation.campaign import load_campaign
+    from tubefoot.validation.loading import load_recording
+    from tubefoot.validation.virtual_experiment import run_blind, unseal
+
+    seed, records = 11, {}
+    for units in (3, 6):
+        campaign = load_campaign(f"examples/campaigns/cyclic-{units}.toml").model_copy(update={"repeats": 1})
+        path, digest = run_blind(seed, units, campaign, tmp_path / str(units))
+        records[units] = load_recording(path)
+    problem = FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), [observe(records[3])])
+    fit = fit_bench(problem)
+    truth = values_of(unseal(tmp_path / "6", digest))
+    assert fit.of("scale").value == pytest.approx(truth["scale"], rel=0.05)
+    ahead = predict(fit, problem, records[6])
+    assert max(ahead.right, ahead.left) < 1.0 * KPA
+    assert ahead.angle < 1.0 * DEG
