@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from tubefoot.control.first_contact import grip_lever
-from tubefoot.control.grasp_protocol import Decision, FingerView, GraspProtocol, GripView
+from tubefoot.control.grasp_contract import Decision, FingerView, GripView
+from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_settings import GraspPulses, GraspSettings
 from tubefoot.control.grip_goal import GripGoal
 from tubefoot.lab.grasp_object import known_object

@@ -11,22 +11,18 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
-from tubefoot.control.grasp_protocol import Decision, FingerView, GraspProtocol, GripView
+from tubefoot.control.grasp_contract import Decision, FingerView, GripView
+from tubefoot.control.grasp_protocol import GraspProtocol
+from tubefoot.control.grasp_trace import SENSES, SIDES, command_of, trace_row
 from tubefoot.control.guard import PressureGuard
 from tubefoot.control.settings import GuardSettings
 from tubefoot.errors import LinkError, SafetyStop
 from tubefoot.lab.messages import Fault
 from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
-from tubefoot.units import DEG, KPA, ML
+from tubefoot.units import KPA
 from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.camera import EndOfFrames, StaleFrameError
 from tubefoot.vision.finger import FingerReading
-
-SIDES = ("right", "left")
-SENSES = (1.0, -1.0)
-"""Inward over the angle in the picture: the right finger bends inward to the left, the left one to the
-right."""
-
 
 PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
 CLEARED_MAX = 10
@@ -38,8 +34,7 @@ RELAX_KPA = 4.0
 
 
 class Hands(Protocol):
-    """What is done to object and gripper by hand, or by a robot; each call gives the time it will still take
-    [s]."""
+    """What is done to object and gripper, by hand or by a robot; calls give the time it will still take [s]."""
 
     def place(self) -> float:
         """Hold the object between the fingers."""
@@ -157,7 +152,9 @@ class GraspLoop:
             )
         decision = Decision() if blind else self._decision(protocol, view, now)
         self._obey(decision, samples, guards, protocol, now)
-        row = self._row(view, samples, protocol, decision, now)
+        row = {"time_s": now - self._began}
+        command = command_of(decision, self._waiting is None)
+        row |= trace_row(view, self._newest, samples, protocol, command) | dict(self._further())
         self.rows.append(row)
         self._watch(row)
 
@@ -294,57 +291,7 @@ class GraspLoop:
                 f"held back by the pressure limit for {protocol.settings.patience_s:g} s: {limit}"
             )
 
-    # ---- the record ----------------------------------------------------------------------------------------
-
-    def _row(
-        self,
-        view: GripView,
-        samples: Sequence[Reading],
-        protocol: GraspProtocol,
-        decision: Decision,
-        now: float,
-    ) -> dict[str, Any]:
-        row: dict[str, Any] = {"time_s": now - self._began, "phase": protocol.phase}
-        outcome = protocol.outcome
-        for side, name in enumerate(SIDES):
-            finger, reading = view.fingers[side], self._newest[side]
-            sample = samples[min(side, len(samples) - 1)]
-            shape, pressure = protocol.lags[side]
-            row |= {
-                f"bend_{name}_deg": finger.bend / DEG,
-                f"theta1_{name}_deg": finger.theta1 / DEG,
-                f"theta2_{name}_deg": finger.theta2 / DEG,
-                f"theta1_chord_{name}_deg": _chord(reading, 0, SENSES[side]),
-                f"theta2_chord_{name}_deg": _chord(reading, 1, SENSES[side]),
-                f"pressure_in_{name}_kpa": finger.pressures[0] / KPA,
-                f"pressure_out_{name}_kpa": finger.pressures[1] / KPA,
-                f"pumped_volume_{name}_ml": sample.pumped_volume / ML,
-                f"direction_{name}": sample.direction,
-                f"shape_lag_{name}_deg": shape / DEG,
-                f"pressure_lag_{name}_deg": pressure / DEG,
-                f"touching_{name}": int(protocol.touching[side]),
-                f"force_{name}_n": outcome.grip_force[side],
-            }
-        row["inward_pulses"], row["outward_pulses"] = outcome.inward_pulses, outcome.outward_pulses
-        row["command"] = _command(decision, self._waiting is None)
-        return row | dict(self._further())
-
 
 def _highest(sample: Reading) -> float:
     """Highest gauge pressure of the two branches [MPa]."""
     return max(sample.gauge_pressures[:2])
-
-
-def _command(decision: Decision, sent: bool) -> str:
-    """What the row says was done."""
-    if decision.request:
-        return decision.request
-    if any(decision.pulses):
-        return "pulse" if sent else "held back"
-    return "wait"
-
-
-def _chord(reading: FingerReading | None, half: int, sense: float) -> float:
-    if reading is None:
-        return math.nan
-    return sense * (reading.theta2_chord if half else reading.theta1_chord) / DEG

@@ -11,92 +11,22 @@ rig, a camera or a simulator: `grasp_loop` does.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 
 from tubefoot.control.first_contact import ContactSense, GripLever, Pause
+from tubefoot.control.grasp_contract import WAIT, Decision, FingerView, GripView, Outcome, Phase, Request
 from tubefoot.control.grasp_settings import GraspSettings
 from tubefoot.control.grip_goal import GripGoal, free_width
 from tubefoot.lab.grasp_object import GraspObject, Pose
 from tubefoot.reduced.finger import ReducedFinger
 
-Phase = Literal[
-    "open", "place", "close", "grip", "release", "settle", "hold", "lift", "shake", "lower", "let go", "done"
-]
-Request = Literal["", "place", "release", "lift", "shake", "lower"]
 JUDGED_S = 0.25
 """Last part of a pause, over which frames and pressures are averaged [s]."""
 SETTLE_S = 1.0
 """After the hand has let go, before the hold counts [s]."""
 RELEASED_PULSES = 3
 """Outward pulses that let the object go."""
-
-
-@dataclass(frozen=True)
-class FingerView:
-    """One finger at one time.
-
-    seen_at : when its frame was taken [s]
-    bend, theta1, theta2 : inward positive [rad]; nan where they are not known
-    pressures : of the chamber that bends inward, and of the other, gauge [MPa]
-    """
-
-    seen_at: float
-    bend: float
-    theta1: float
-    theta2: float
-    pressures: tuple[float, float]
-
-
-@dataclass(frozen=True)
-class GripView:
-    """The gripper at one time.
-
-    time : now [s]; fingers : right and left; pumping : whether any pump runs
-    """
-
-    time: float
-    fingers: tuple[FingerView, FingerView]
-    pumping: bool
-
-
-@dataclass(frozen=True)
-class Decision:
-    """What to do now.
-
-    pulses : direction of each finger's pulse, inward +1, 0 for none; duration : of them [s]
-    request : to the hands, empty for none
-    """
-
-    pulses: tuple[int, int] = (0, 0)
-    duration: float = 0.0
-    request: Request = ""
-
-
-WAIT = Decision()
-
-
-@dataclass
-class Outcome:
-    """What the protocol knows of a grasp when it has ended.
-
-    contact_pulse : inward pulse after which each finger's contact was sure, 0 if never
-    contact_time : when that was [s]
-    grip_pulses : inward pulses after contact; inward_pulses, outward_pulses : of either kind
-    grip_force : last estimate of each finger's force [N]
-    reason : why it ended; gripped : whether an object was gripped
-    """
-
-    contact_pulse: list[int] = field(default_factory=lambda: [0, 0])
-    contact_time: list[float] = field(default_factory=lambda: [float("nan")] * 2)
-    grip_pulses: int = 0
-    inward_pulses: int = 0
-    outward_pulses: int = 0
-    grip_force: list[float] = field(default_factory=lambda: [0.0, 0.0])
-    reason: str = ""
-    gripped: bool = False
 
 
 class GraspProtocol:
