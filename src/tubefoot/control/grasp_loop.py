@@ -34,7 +34,7 @@ RELAX_KPA = 4.0
 
 
 class Hands(Protocol):
-    """What is done to object and gripper, by hand or by a robot; calls give the time it will still take [s]."""
+    """What is done to object and gripper, by hand or by a robot; calls give the time still needed [s]."""
 
     def place(self) -> float:
         """Hold the object between the fingers."""
