@@ -45,7 +45,6 @@ class CreepLaw:
 
     log_ratios : (n,) logarithms of the compliance ratio; shares : (n, modes), summing to about one
     ratio : that of the reference bench; gain : its relaxed bend for a pumped volume [rad/mm^3]
-    softness : relaxed bend for a pressure, the other chamber at its opposite [rad/MPa]
     model : the same finger on its bench, nonlinear
     """
 
@@ -53,7 +52,6 @@ class CreepLaw:
     shares: FloatArray
     ratio: float
     gain: float
-    softness: float
     model: BenchModel
 
     def shares_at(self, log_ratio: float) -> tuple[FloatArray, FloatArray]:
@@ -82,7 +80,7 @@ def creep_law(finger: ReducedFinger, prony: Prony, air_ml: float = 1.1) -> Creep
     softness = float(turn[0].sum() - turn[1].sum())
     shares = np.array([_shares(ratio, prony) for ratio in RATIO_GRID])
     model = BenchModel(finger, prony)
-    return CreepLaw(np.log(RATIO_GRID), shares, chamber / air, softness / (chamber + air), softness, model)
+    return CreepLaw(np.log(RATIO_GRID), shares, chamber / air, softness / (chamber + air), model)
 
 
 def _shares(ratio: float, prony: Prony) -> FloatArray:

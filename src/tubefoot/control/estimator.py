@@ -48,12 +48,6 @@ FRAME_SIGMA = 0.05 * DEG
 FRAME_TIMING_S = 4e-3
 """Uncertainty of a frame's time stamp [s]."""
 KEPT_S = 2.0
-ASYMMETRY = 1.3
-"""Pressure of the pressed branch over half the difference of both, before it is learnt: air is not linear."""
-LOADED = 8 * DEG
-"""Load from which on a pressure tells the stiffness [rad]."""
-STIFFNESS_TIME_S = 0.3
-"""Time constant with which the stiffness follows [s]."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +57,6 @@ class Forecast:
     modes : (modes,) angles now [rad]; relaxed : angle that the fluid in place is worth [rad]
     drift : further rate now [rad/s], which dies out
     shares : (modes,); gains : relaxed angle for a volume forward and in reverse [rad/mm^3]
-    ratio : compliance of chamber over air
-    stiffness : pressure for a relaxed bend, forward and in reverse [MPa/rad]
     """
 
     modes: FloatArray
@@ -72,8 +64,6 @@ class Forecast:
     drift: float
     shares: FloatArray
     gains: tuple[float, float]
-    ratio: float
-    stiffness: tuple[float, float]
 
     def free(self, times: FloatArray) -> FloatArray:
         """Bend angle with the pump standing [rad].
@@ -95,18 +85,6 @@ class Forecast:
         after = np.maximum(column - duration, 0.0)
         ramp = _ramp(column) - _ramp(after)
         return np.asarray(ramp @ self.shares / duration)
-
-    def pressure(self, angle: float, duration: float) -> float:
-        """Pressure of the pressed branch when a relaxed angle has been pumped evenly, gauge [MPa].
-
-        angle : relaxed, signed [rad]; duration : of the pumping [s]
-
-        What the chambers do not hold is in the air: p = stiffness ((1 + ratio) U - ratio bend).
-        """
-        at = np.array([duration])
-        bend = float(self.free(at)[0]) + angle * float(self.step(at, duration)[0])
-        load = (1.0 + self.ratio) * (self.relaxed + angle) - self.ratio * bend
-        return abs(load) * (self.stiffness[0] if load >= 0 else self.stiffness[1])
 
     def gain(self, direction: float) -> float:
         """Relaxed angle for a volume [rad/mm^3].
@@ -143,7 +121,6 @@ class BendEstimator:
         self._time: float | None = None
         self._volume = 0.0
         self._volumes: deque[tuple[float, float]] = deque()
-        self._stiffness = [ASYMMETRY / law.softness, ASYMMETRY / law.softness]
 
     def observe(self, seen: Measurement) -> None:
         """Take in a frame.
@@ -164,7 +141,6 @@ class BendEstimator:
         rate = (float(self._state[:MODES].sum()) - before) / duration
         self._time, self._volume = seen.seen_at, volume
         self._correct(seen, rate)
-        self._learn_stiffness(seen, duration)
 
     def forecast(self, seen: Measurement) -> Forecast:
         """The finger from now on.
@@ -183,8 +159,6 @@ class BendEstimator:
             float(state[DRIFT]),
             shares,
             (float(gains[0]), float(gains[1])),
-            float(np.exp(state[RATIO])),
-            (self._stiffness[0], self._stiffness[1]),
         )
 
     @property
@@ -245,17 +219,6 @@ class BendEstimator:
         self._state = self._state + gains * (seen.bend - float(self._state[:MODES].sum()))
         self._spread = self._spread - np.outer(gains, seen_row @ self._spread)
         self._spread = 0.5 * (self._spread + self._spread.T)
-
-    def _learn_stiffness(self, seen: Measurement, duration: float) -> None:
-        """How much pressure a load takes, of the branch that is pressed."""
-        ratio = float(np.exp(self._state[RATIO]))
-        load = (1.0 + ratio) * float(self._state[RELAXED]) - ratio * float(self._state[:MODES].sum())
-        if abs(load) < LOADED:
-            return
-        side = 0 if load > 0 else 1
-        found = max(seen.pressures[side] / abs(load), 0.1 / self.law.softness)
-        share = 1.0 - float(np.exp(-duration / STIFFNESS_TIME_S))
-        self._stiffness[side] += share * (found - self._stiffness[side])
 
     def _note_volume(self, time: float, volume: float) -> None:
         if not self._volumes or time > self._volumes[-1][0]:
