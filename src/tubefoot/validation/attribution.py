@@ -101,12 +101,17 @@ class Attribution:
 
 
 def attribute(
-    values: Mapping[str, float], finger: ReducedFinger, relaxation: Prony, top: float = TOP
+    values: Mapping[str, float],
+    finger: ReducedFinger,
+    relaxation: Prony,
+    top: float = TOP,
+    settle: float = SETTLE_S,
 ) -> Attribution:
     """What each cause does to angle and suction pressure.
 
     values : of all unknowns, fitted (`BenchFit.values`) or known (`values_of`); finger : with its units, at
         scale one; relaxation : of its wall at 23 degC; top : pressure of the right branch [MPa]
+    settle : from the end of a pulse to its reading, half a second in the paper [s]
 
     Raises ConvergenceError when the top pressure is not reached above absolute vacuum.
     """
@@ -118,7 +123,7 @@ def attribute(
             off = {
                 key: value for cause in names if cause not in active for key, value in CAUSES[cause].items()
             }
-            state = state_at({**values, **off}, bench, relaxation, top)
+            state = state_at({**values, **off}, bench, relaxation, top, settle)
             met[frozenset(active)] = np.array(state.in_units())
     none, every = met[frozenset()], met[frozenset(names)]
 
@@ -146,17 +151,26 @@ def _shapley(met: Mapping[frozenset[str], np.ndarray], names: tuple[str, ...], c
     return total
 
 
-def state_at(values: Mapping[str, float], bench: LeanBench, relaxation: Prony, top: float) -> Offset:
+def state_at(
+    values: Mapping[str, float],
+    bench: LeanBench,
+    relaxation: Prony,
+    top: float,
+    settle: float = SETTLE_S,
+) -> Offset:
     """Angle and left pressure when the right branch, read after each pulse, passes a pressure on its way up.
 
     values : of all unknowns; bench : with the finger; relaxation : of its wall; top : that pressure [MPa]
+    settle : from the end of a pulse to its reading, half a second in the paper [s]
 
     Raises ConvergenceError when it is not reached.
     """
     numbers = bench_numbers(values, relaxation if values["relaxation_strength"] > 0 else NO_RELAXATION)
-    steps = np.array([PULSE_S / 2, PULSE_S / 2, 0.05, 0.1, 0.15, SETTLE_S - 0.3, PAUSE_S - SETTLE_S])
+    waits = np.diff(np.geomspace(0.3, settle, 2 + int(np.log2(settle / 0.3))))
+    steps = np.array([PULSE_S / 2, PULSE_S / 2, 0.05, 0.1, 0.15, *waits, PAUSE_S - SETTLE_S])
     volume = FIRST_PULSE_ML * ML * bench.n_units
-    pushed = np.array([volume / 2, volume / 2, 0.0, 0.0, 0.0, 0.0, 0.0])
+    pushed = np.zeros(len(steps))
+    pushed[:2] = volume / 2
     count = 8
     while count <= MOST_PULSES:
         try:
@@ -166,7 +180,7 @@ def state_at(values: Mapping[str, float], bench: LeanBench, relaxation: Prony, t
                 raise
             volume, pushed, count = 0.5 * volume, 0.5 * pushed, 8
             continue
-        at = np.arange(count) * len(steps) + 6
+        at = (np.arange(count) + 1) * len(steps) - 1
         right = np.concatenate([[0.0], course.branch[at, 0]])
         if right.max() >= top:
             k = int(np.argmax(right >= top))
