@@ -47,7 +47,7 @@ FIRM_FRICTION = 0.4
 COLUMNS = (
     *("trial", "kind", "object", "pose", "size", "stiffness", "friction"),
     *("error_x_mm", "error_y_mm", "error_z_mm", "wall_right", "wall_left"),
-    *("held", "slip_mm", "success", "peak_force_n", "damage_margin", "goal_n", "estimate_n"),
+    *("held", "slip_mm", "success", "peak_force_n", "damage_margin", "local_margin", "goal_n", "estimate_n"),
     *("latency_right", "latency_left", "false_contacts"),
     *("pulses_outward", "pulses_inward", "pulses_after_contact", "theta1_deg", "theta2_deg"),
     *("bench_time_s", "cpu_s", "end_reason"),
@@ -171,6 +171,7 @@ def _outcome_columns(
         "success": int(verdict["held"] and verdict["slip_mm"] <= SLIP_MM),
         "peak_force_n": verdict["peak_force_n"],
         "damage_margin": damage.margin,
+        "local_margin": damage.local_margin,
         "estimate_n": min(outcome.grip_force),
         "latency_right": latencies[0],
         "latency_left": latencies[1],
@@ -208,6 +209,7 @@ def tell(rows: Sequence[dict[str, str]]) -> list[str]:
     lines = []
     if grasps:
         firm = [row for row in grasps if float(row["friction"]) >= FIRM_FRICTION]
+        soft = [row for row in grasps if row["object"] == "tofu"]
         slippery = [row for row in grasps if float(row["friction"]) < FIRM_FRICTION]
         lines += [
             _share("held without slip, friction >= 0.4", [row["success"] == "1" for row in firm]),
@@ -217,6 +219,10 @@ def tell(rows: Sequence[dict[str, str]]) -> list[str]:
                 "beyond a damage bound, friction >= 0.4", [_number(row["damage_margin"]) < 1 for row in firm]
             ),
             _share("beyond a damage bound, all", [_number(row["damage_margin"]) < 1 for row in grasps]),
+            _share(
+                "tofu, known stress exceeded under a crest",
+                [_number(row["local_margin"]) < 1 for row in soft],
+            ),
         ]
         latencies = [int(row[key]) for row in grasps for key in ("latency_right", "latency_left") if row[key]]
         lines.append(_share("contact found within one pulse", [0 <= latency <= 1 for latency in latencies]))

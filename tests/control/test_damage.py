@@ -37,5 +37,13 @@ def test_margins_are_bounds_over_loads() -> None:
     assert damage_of(TOFU, "front", 0.3 * 2.9).margin < 1.0
 
 
+def test_a_crest_loads_a_block_locally() -> None:
+    """What finite elements found at 0.084 N, within their scatter; round objects are not judged so."""
+    damage = damage_of(TOFU, "front", 0.15, 0.084)
+    assert damage.local_kpa == pytest.approx(3.3, rel=0.05)
+    assert damage.local_margin == pytest.approx(2.88 / damage.local_kpa)
+    assert math.isinf(damage_of(BERRY, "front", 0.15).local_margin)
+
+
 def test_no_load_no_damage() -> None:
     assert math.isinf(damage_of(BERRY, "side", 0.0).margin)

@@ -54,7 +54,8 @@ def test_curved(tmp_path: Path, front: tuple[float, float], side: tuple[float, f
 
 
 @pytest.mark.parametrize(
-    "spoilt", [{"held": False}, {"slip_mm": 1.2}, {"slip_mm": None}, {"damage_margin": 0.9}]
+    "spoilt",
+    [{"held": False}, {"slip_mm": 1.2}, {"slip_mm": None}, {"damage_margin": 0.9}, {"local_margin": 0.6}],
 )
 def test_gentleness_fails_by_each_part(tmp_path: Path, spoilt: dict[str, Any]) -> None:
     good = record(tmp_path / "good", -4.0, 3.0)

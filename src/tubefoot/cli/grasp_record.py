@@ -210,6 +210,8 @@ def grasp_summary(
         "nearest_bound": damage.nearest,
         "damage_margins": damage.margins,
         "compression_kpa": damage.compression_kpa,
+        "local_compression_kpa": damage.local_kpa,
+        "local_margin": damage.local_margin,
         **angles,
         "contact_type": kind.kind,
         "contact_confidence": kind.confidence,
@@ -241,7 +243,9 @@ def verdict_sentence(summary: Mapping[str, Any]) -> str:
     margin = summary["damage_margin"]
     bound = "within" if margin >= 1 else "BEYOND"
     nearest = f"bound over load {margin:.1f}, {summary['nearest_bound']}"
-    return f"verdict: held, {moved}, {bound} the damage bounds ({nearest})"
+    local = summary.get("local_margin", math.inf)
+    under = f"; under a crest {1 / local:.1f} times the stress that it is known to bear" if local < 1 else ""
+    return f"verdict: held, {moved}, {bound} the damage bounds ({nearest}){under}"
 
 
 def _contact_rows(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:

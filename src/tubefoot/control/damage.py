@@ -8,9 +8,10 @@ in series (K. L. Johnson, Contact Mechanics, 1985, chapter 4):
     flat face      the rounded end of a crest's flat as a cylinder of radius r, load F' = F / length:
                    b^2 = 4 F' r / (pi E*),   p = 2 F' / (pi b); no tension beside it
 
-The bounds of `GraspObject.damage` are stresses of specimens that were compressed or pulled as a whole; the
-pressure of a small patch, which the bulk around it supports, is told beside them and judged by its tension
-alone.
+The bounds of `GraspObject.damage` are stresses of specimens that were compressed or pulled as a whole. Under
+a crest the stress of a block is higher: by finite elements the 99th percentile of its compression is
+`LOCAL_KPA_PER_N` times the force of that crest. Its margin is told apart (`local_margin`): one below one does
+not show damage, it leaves what the bounds are known for.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ WALL_PLANE_MODULUS = 4.0 * 0.249
 """Plane modulus of the finger's wall, incompressible with the shear modulus of Agilus30 [MPa]."""
 CREST_LENGTH, CREST_RADIUS = 9.0, 1.0
 """Of a crest's end, across the finger and in the bending plane [mm]; the radius is assumed."""
+LOCAL_KPA_PER_N = 40.0
+"""Compression in a block of tofu under one crest over the crest's force: 1.8 kPa at 0.051 N and 3.3 kPa at
+0.084 N, 99th percentiles of a coarse mesh (4 mm cells, two units, `fea/grasp.py`) [kPa/N]."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,8 @@ class Damage:
     pressure_kpa : peak of the contact pressure, estimated
     compression_kpa, tension_kpa : stress across the object, and beside the contact
     compression_share : shortening over width
+    local_kpa : compression of a block under its most loaded crest, estimated; 0 for other shapes
+    local_margin : bound on compression over that; infinite where either is missing
     margins : bound over value, by bound; infinite without load
     """
 
@@ -41,6 +47,8 @@ class Damage:
     compression_kpa: float
     tension_kpa: float
     compression_share: float
+    local_kpa: float
+    local_margin: float
     margins: dict[str, float]
 
     @property
@@ -60,7 +68,11 @@ def damage_of(what: GraspObject, pose: Pose, force: float, crest_force: float | 
     what : the object; pose : front or side; force : largest normal force of one finger [N]
     crest_force : of the most loaded end of a crest [N]; all of `force` if not known
     """
-    pressure, tension = contact_pressure(what, pose, force if crest_force is None else crest_force)
+    at_crest = force if crest_force is None else crest_force
+    pressure, tension = contact_pressure(what, pose, at_crest)
+    local = LOCAL_KPA_PER_N * at_crest if what.shape == "box" else 0.0
+    bound = what.damage.compression_kpa
+    local_margin = bound / local if bound is not None and local > 0.0 else float("inf")
     compression = force / what.face_area(pose)
     share = force / what.firmness(pose) / what.sizes(pose)[0]
     values = {
@@ -75,7 +87,7 @@ def damage_of(what: GraspObject, pose: Pose, force: float, crest_force: float | 
         for key, value in values.items()
         if bounds[key] is not None
     }
-    return Damage(pressure / KPA, compression / KPA, tension / KPA, share, margins)
+    return Damage(pressure / KPA, compression / KPA, tension / KPA, share, local, local_margin, margins)
 
 
 def contact_pressure(what: GraspObject, pose: Pose, force: float) -> tuple[float, float]:

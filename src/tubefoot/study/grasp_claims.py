@@ -66,8 +66,7 @@ def judge_planar(front: GraspRecord, side: GraspRecord) -> Claim:
     return Claim(
         "C13",
         "Tofu cubes: theta1 and theta2 of the same sign, |theta1| >> |theta2|; side grasp lowers theta1, "
-        "theta2 "
-        "changes little",
+        "theta2 changes little",
         f"at the end of the hold, in both poses: one sign, |theta1| at least {FAR_LARGER:g} |theta2|; "
         "|theta1| smaller "
         f"in the side grasp, where theta2 differs by at most {LITTLE:g} of what theta1 does",
@@ -117,21 +116,23 @@ def judge_gentleness(runs: Mapping[str, GraspRecord]) -> Claim:
             f"damage_margin_{name}": math.nan if margin is None else margin,
             f"peak_pressure_{name}_kpa": found.get("peak_pressure_kpa") or math.nan,
             f"compression_{name}_kpa": found.get("compression_kpa") or math.nan,
+            f"local_compression_{name}_kpa": found.get("local_compression_kpa") or 0.0,
             f"peak_force_{name}_n": found.get("peak_force_n") or math.nan,
         }
+        local = found.get("local_margin")
         parts += [
             bool(found["held"]),
             slip is not None and slip <= SLIP_MM,
             margin is not None and margin >= 1.0,
+            local is None or local >= 1.0,
         ]
     return Claim(
         "C15",
         "Tofu and blueberries are held without damage or slip",
-        f"held through hold, lift and shaking; slip at most {SLIP_MM:g} mm; force, stress across the "
-        "object, shortening "
-        "and tension within the bounds of its file. Bounds are stresses and forces known to be borne, "
-        "not strengths; the "
-        "peak pressure of the small patches is told, not judged",
+        f"held through hold, lift and shaking; slip at most {SLIP_MM:g} mm; force, stress across the object, "
+        "shortening and tension within the bounds of its file, and the stress of a block under its most "
+        "loaded crest. Bounds are stresses and forces known to be borne, not strengths; the peak pressure of "
+        "the small patches is told, not judged",
         verdict_of(parts),
         numbers,
         "forces",
