@@ -32,9 +32,10 @@ def main() -> None:
         for size in asked.sizes_mm:
             grasp = GraspSettings(
                 object=thing,
+                finger_gap_mm=9.0,
                 height_mm=18.5,
                 open_ml=-0.2,
-                states_ml=(-0.05, 0.0),
+                states_ml=(0.0, 0.1),
                 object_element_mm=size,
             )
             settings = SolveSettings(element_size_mm=size, self_contact=False, fields="none")
