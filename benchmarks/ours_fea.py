@@ -5,6 +5,8 @@
 [kPa], or the given shares of them one after the other, on a mesh named as in `divisions_named`; to compare
 with programs that have no coupled chambers.
 `python -m benchmarks.ours_fea rates DESIGN MESH`: floating-point rates of the factorisation and the machine.
+`python -m benchmarks.ours_fea work UNITS`: unknowns, entries and operations of one factorisation, contact on.
+`python -m benchmarks.ours_fea curve UNITS OUT`: the curve of a finger with any number of units to 35 kPa.
 """
 
 import json
@@ -18,6 +20,7 @@ import numpy as np
 
 from benchmarks.finger_load import HANDS, FingerLoad, load_case
 from benchmarks.measured import Usage, run_measured
+from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.equilibrium import Model
@@ -49,6 +52,30 @@ def solve(design: str, out: str) -> dict:
     from tubefoot.fea.solve import solve_design
 
     return solve_design(load_design(design), out).summary
+
+
+def work(units: str) -> dict:
+    """What one factorisation of a finger takes; independent of the machine and its load."""
+    from tubefoot.fea.finger_model import SolveSettings, build_finger
+
+    model = build_finger(_finger(units), SolveSettings()).model
+    model.evaluate(model.rest())
+    model.solver.factorise(model.system.data)
+    solver = model.solver
+    return {"unknowns": model.system.size, "nonzeros": solver.nonzeros, "flops": solver.flops}
+
+
+def curve(units: str, out: str) -> dict:
+    from tubefoot.fea.solve import solve_design
+
+    return solve_design(_finger(units), out).summary
+
+
+def _finger(units: str) -> FingerDesign:
+    from benchmarks.peers import DESIGN
+    from tubefoot.design.finger import load_design
+
+    return load_design(DESIGN).with_bellows(units=int(units))
 
 
 def pressures(design: str, mesh: str, right: str, left: str, *shares: str) -> dict:
@@ -99,5 +126,6 @@ def _best(action: Callable[[], object], repeats: int = 5) -> float:
 
 
 if __name__ == "__main__":
-    command = {"solve": solve, "pressures": pressures, "rates": rates}[sys.argv[1]]
+    commands = {"solve": solve, "pressures": pressures, "rates": rates, "work": work, "curve": curve}
+    command = commands[sys.argv[1]]
     print(json.dumps(command(*sys.argv[2:])))

@@ -169,3 +169,62 @@ def test_no_air_column_is_drawn_beyond_vacuum(octant):
     model = Model(octant, [solid], held(octant), [cavity], Drive(("volume",), (1.0,)))
     with pytest.raises(StepFailed):
         model.solve(model.rest(), Control("pressure", -0.11))
+
+
+def test_unknowns_eliminated_in_the_cells_are_brought_to_equilibrium_too():
+    """A change of them alone leaves no force on the others, to first order; it is no converged state."""
+    mesh = mapped_box("hexahedron27", (1, 1, 2))
+    solid = Solid(mesh, {"*": RUBBER}, pressure="linear")
+    pull = Traction(mesh, "x_max", (0.05, 0.0, 0.0))
+    held = symmetry(mesh, x="x_min", y="y_min", z="z_min")
+    model = Model(mesh, [solid], held, others=[pull])
+    control = Control("parameter", 0.0)
+    right = model.solve(model.rest(), control)
+    start = right.state.copy()
+    start.unknowns[solid.eliminated] += 1e-6
+    again = model.solve(start, control)
+    assert again.iterations > 0
+    wrong = np.abs(again.state.unknowns - right.state.unknowns)[solid.eliminated]
+    assert wrong.max() < 1e-8
+
+
+class Stop:
+    """A spring that meets the end of a rod where that has gone far enough; it looks only when asked."""
+
+    def __init__(self, mesh, where, gap, stiffness):
+        self.numbers = 3 * mesh.facet_set(where).points
+        self.pattern = self.numbers[:, None]
+        self.gap, self.stiffness, self.touches = gap, stiffness, False
+
+    def look(self, state, keep=False):
+        touched = bool(state.unknowns[self.numbers].mean() > self.gap)
+        changed, self.touches = touched != self.touches, touched
+        return changed, False
+
+    def assemble(self, state, sink, found):
+        pressed = self.stiffness * self.touches * (state.unknowns[self.numbers] - self.gap)
+        sink.add(self, 0, np.full((len(pressed), 1, 1), self.stiffness * self.touches), pressed[:, None])
+
+    def recover(self, step):
+        pass
+
+
+def test_a_state_that_meets_a_partner_on_the_way_is_not_taken_without_it():
+    """Partners are looked for once more at the end, also where the iterations must not choose any."""
+    mesh = mapped_box("hexahedron27", (1, 1, 1))
+    held = symmetry(mesh, x="x_min", y="y_min", z="z_min")
+    pull = Traction(mesh, "x_max", (0.1, 0.0, 0.0))
+
+    def pulled(gap):
+        stop = Stop(mesh, "x_max", gap, 2.0)
+        solid = Solid(mesh, {"*": RUBBER}, pressure="linear")
+        model = Model(mesh, [solid], held, others=[pull, stop], tolerance=Tolerance(pairings=0))
+        step = model.solve(model.rest(), Control("parameter", 0.0))
+        return float(step.state.unknowns[stop.numbers].mean()), stop
+
+    free, missed = pulled(10.0)
+    assert not missed.touches
+    assert free > 0.02
+    stopped, stop = pulled(0.4 * free)
+    assert stop.touches
+    assert 0.4 * free < stopped < 0.6 * free

@@ -196,6 +196,8 @@ class Model:
                 found = self.evaluate(state, stiff=False)
                 borders = self._borders(state, control)
                 error = self._error(state, found, borders)
+                # With other partners it is another problem, whose residual may well be larger.
+                history = [error]
             if error < 1.0:
                 volumes = np.array([cavity.volume for cavity in self.cavities])
                 return Step(
@@ -213,7 +215,7 @@ class Model:
                 raise StepFailed(f"residual grew to {error:.1e} times the tolerance")
             if iteration == self.tolerance.iterations:
                 break
-            near = iteration > 0 and error < min(CHORD * history[-2], CHORD_FROM)
+            near = len(history) > 1 and error < min(CHORD * history[-2], CHORD_FROM)
             if not (near and self._factorised):
                 if not self.system.stiff:
                     found = self.evaluate(state)

@@ -24,6 +24,8 @@ class Factoriser(Protocol):
     """Negative eigenvalues of the last matrix, None where the library does not tell."""
     flops: float | None
     """Floating-point operations of one factorisation, None where the library does not tell."""
+    nonzeros: int | None
+    """Entries of the factors, None where the library does not tell."""
 
     def factorise(self, data: FloatArray) -> None:
         """Factorise the matrix with these values of the upper triangle.
@@ -90,6 +92,7 @@ class Pardiso:
         self._analysed = False
         self.negative_pivots: int | None = None
         self.flops: float | None = None
+        self.nonzeros: int | None = None
 
     def factorise(self, data: FloatArray) -> None:
         """Factorise, with the symbolic analysis on the first call.
@@ -105,6 +108,7 @@ class Pardiso:
             self._run(11, np.zeros((self._n, 1), order="F"))
             self._analysed = True
             self.flops = 1e6 * float(self._options[18])
+            self.nonzeros = int(self._options[17])
         self._run(22, np.zeros((self._n, 1), order="F"))
         self.negative_pivots = int(self._options[22])
 
@@ -157,6 +161,7 @@ class SuperLU:
     name = "SuperLU"
     negative_pivots: int | None = None
     flops: float | None = None
+    nonzeros: int | None = None
 
     def __init__(self, indptr: NDArray[Any], indices: NDArray[Any]):
         """Keep the pattern.
