@@ -85,7 +85,10 @@ class MotionState:
         )
 
     def hopeless(self, now: float) -> bool:
-        """Whether the last pulse was long ago, with none to come."""
+        """Whether the last pulse was long ago, with none to come.
+
+        now : on the rig's clock [s]
+        """
         return now - self.last_pulse > IDLE_S
 
 
