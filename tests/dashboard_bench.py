@@ -28,7 +28,6 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.lab.settings import RigSettings
 from tubefoot.reduced.files import reference_file
 from tubefoot.twin.bench import VirtualBench
-from tubefoot.twin.bench_settings import BenchSettings
 
 TOKEN = "a-token-that-only-this-test-knows"
 PATIENCE_S = 120.0
@@ -38,7 +37,14 @@ PATIENCE_S = 120.0
 class OpenBench:
     """A session with everything behind it."""
 
-    def __init__(self, out: Path, pixels: bool, live: bool, helm: Helm, make: BenchSettings | None = None):
+    def __init__(
+        self,
+        out: Path,
+        pixels: bool,
+        live: bool,
+        helm: Helm,
+        patience_s: float | None = None,
+    ):
         self.pins: list[tuple[float, float, bool]] = []
         """Wall time [s], bench time [s], whether the pump has current: every change"""
         self.paces: list[tuple[float, float]] = []
@@ -50,9 +56,9 @@ class OpenBench:
         rig = RigSettings()
 
         def opening(show):
-            self.virtual = VirtualBench(make, 0, "native", rig_settings=rig, real_time=live)
+            self.virtual = VirtualBench(board="native", rig_settings=rig, real_time=live)
             self._watch_pins()
-            return virtual_bench(self.virtual, rig, show, pixels, live)
+            return virtual_bench(self.virtual, rig, show, pixels, patience_s)
 
         self.feed, self.helm = Feed(), helm
         self.session = Session(opening, self.feed, helm, Logbook(out), plans)

@@ -18,6 +18,8 @@ from tubefoot.vision.plane import PlaneMap
 
 PATIENCE_MS = 120_000
 CLICKS = 3
+ORDER_S = 1200.0
+"""A busy computer may stretch an order so far [s]."""
 HEARTBEAT_S = 15.0
 """Long enough for a page on a computer that others use too [s]."""
 TIP_BOX = """() => {
@@ -49,20 +51,32 @@ def shown(tmp_path_factory):
 def in_control(chromium, dashboard, **size):
     with page_of(chromium, dashboard.address, **size) as page:
         page.set_default_timeout(PATIENCE_MS)
-        page.wait_for_selector("#link.on")
-        page.click("#take")
+        until(lambda: took(page))
         page.wait_for_selector("#start:enabled")
         yield page
         page.click("#take")
         until(lambda: page.inner_text("#helm") == "Nobody is in control")
 
 
-def bend(page, degrees):
-    page.check("input[value=paper]")
-    page.fill("#target", str(degrees))
-    page.click("#start")
+def took(page):
+    """Whether the page is in control; it asks when nobody is, as the page of a failed test may hold on."""
+    if page.inner_text("#helm") == "Nobody is in control" and page.is_enabled("#take"):
+        page.click("#take")
+        page.wait_for_selector("#start:enabled")
+    return page.inner_text("#helm") == "You are in control"
+
+
+def order_ended(page):
+    until(lambda: page.inner_text("#order").startswith("Idle. Last:"), ORDER_S)
+    return page.inner_text("#order")
+
+
+def pulse(page, button, duration_s):
+    page.fill("#duty", "0.6")
+    page.fill("#duration", str(duration_s))
+    page.click(button)
     page.wait_for_selector("#order.running")
-    page.wait_for_selector("#order:not(.running)")
+    assert "completed" in order_ended(page)
 
 
 def test_everything_moves_and_the_overlay_is_on_the_marker(chromium, shown):
@@ -71,13 +85,12 @@ def test_everything_moves_and_the_overlay_is_on_the_marker(chromium, shown):
         frames = page.evaluate("tubefoot.seen.frames")
         plots = page.locator(".uplot canvas")
         before = [plots.nth(number).evaluate("canvas => canvas.toDataURL()") for number in range(2)]
-        bend(page, 14)
-        assert "settled" in page.inner_text("#order")
+        pulse(page, "#forward", 0.6)
         after = [plots.nth(number).evaluate("canvas => canvas.toDataURL()") for number in range(2)]
         assert all(old != new for old, new in zip(before, after, strict=True))
-        assert page.evaluate("tubefoot.seen.frames") > frames + 10
-        assert float(page.inner_text("#now-bend").replace("−", "-")) == pytest.approx(14, abs=1.5)
-        assert float(page.inner_text("#now-right").replace("−", "-")) > 2.0
+        assert page.evaluate("tubefoot.seen.frames") > frames + 3
+        assert float(page.inner_text("#now-bend").replace("−", "-")) > 3.0
+        assert float(page.inner_text("#now-right").replace("−", "-")) > 5.0
 
         box = page.evaluate(TIP_BOX)
         seen = np.array([(box["left"] + box["right"]) / 2, (box["top"] + box["bottom"]) / 2])
@@ -88,8 +101,22 @@ def test_everything_moves_and_the_overlay_is_on_the_marker(chromium, shown):
         place, _ = bench.virtual._axis_at(box["time"]).at([tip])
         np.testing.assert_allclose(seen, to_pixels(place)[0], atol=1.0)
         straight = to_pixels([[0.0, tip]])[0]
-        assert np.linalg.norm(seen - straight) > 10  # the finger is bent: the place is no accident
-        bend(page, 0)
+        assert np.linalg.norm(seen - straight) > 6  # the finger is bent: the place is no accident
+        pulse(page, "#reverse", 0.6)
+
+
+@pytest.mark.slow
+def test_a_bend_from_the_page_settles(chromium, shown):
+    bench, dashboard = shown
+    with in_control(chromium, dashboard) as page:
+        page.fill("#target", "12")
+        page.click("#start")
+        page.wait_for_selector("#order.running")
+        assert "settled" in order_ended(page)
+        assert np.degrees(bench.virtual.truth().bend) == pytest.approx(12, abs=1.2)
+        page.click("#home")
+        page.wait_for_selector("#order.running")
+        assert "settled" in order_ended(page)
 
 
 def test_emergency_stop_from_the_click_to_the_pin(chromium, shown):
@@ -208,8 +235,7 @@ def test_calibration_wizard_on_the_page(chromium, shown):
         page.wait_for_selector("#question:not([hidden])")
         assert "Close both branches" in page.inner_text("#question-text")
         page.click("#question button[type=submit]")
-        page.wait_for_selector("#order:not(.running)")
-        assert "in force" in page.inner_text("#order")
+        assert "in force" in order_ended(page)
 
 
 @pytest.mark.slow

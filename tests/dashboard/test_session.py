@@ -236,7 +236,7 @@ def test_a_board_fault_is_shown_with_its_advice_and_cleared(tmp_path):
 
 
 def test_emergency_stop_and_silence_while_the_benchs_thread_hangs(tmp_path):
-    with open_bench(tmp_path, live=True, helm=Helm(2.0, Wrist())) as bench:
+    with open_bench(tmp_path, live=True, patience_s=0.25, helm=Helm(2.0, Wrist())) as bench:
         bench.desk.beat("me")
         bench.desk.do("me", {"do": "take"})
         hang = {"s": 0.0}

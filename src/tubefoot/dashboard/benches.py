@@ -48,7 +48,11 @@ class Bench:
 
 @contextmanager
 def virtual_bench(
-    virtual: VirtualBench, settings: RigSettings, show: Shown, pixels: bool = True, live: bool = True
+    virtual: VirtualBench,
+    settings: RigSettings,
+    show: Shown,
+    pixels: bool = True,
+    patience_s: float | None = 1.0,
 ) -> Iterator[Bench]:
     """The virtual bench, set up for the dashboard.
 
@@ -56,7 +60,8 @@ def virtual_bench(
     settings : of the rig
     show : called with each reading and its picture
     pixels : rendered frames; else angles without pixels
-    live : at the wall clock's pace, time going on although the host hangs; else as fast as it goes
+    patience_s : when the host has let no time pass for so long it passes by itself, as on a real bench whose
+        host hangs [s]; never if None
     """
     from tubefoot.twin.simulated_operator import SimulatedOperator
     from tubefoot.twin.unattended import Unattended
@@ -64,9 +69,9 @@ def virtual_bench(
 
     with ExitStack() as stack:
         stack.enter_context(virtual)
-        if live:
-            stack.enter_context(Unattended(virtual.port))
         line = EmergencyLine(virtual.port)
+        if patience_s is not None:
+            stack.enter_context(Unattended(virtual.port, patience_s, hurry=lambda: line.tripped))
         rig = _connected(line, settings, stack)
         calibration = virtual.calibration if pixels else None
         angles: AngleSource

@@ -15,6 +15,9 @@ from tubefoot.lab.sensing import measure_neutral
 if TYPE_CHECKING:
     from tubefoot.dashboard.session import Session
 
+END_S = 3.0
+"""How long the board may take to tell that a pulse has ended [s]."""
+
 
 class PulseOrder(Settings):
     """Run the pump once, by hand."""
@@ -42,8 +45,10 @@ class PulseOrder(Settings):
         rig : to work with
         """
         sent = rig.pulse(self.direction, self.duty, self.duration_s)
-        rig.wait(sent.duration + 0.2)
-        ended = rig.last_pulse
+        rig.wait(sent.duration)
+        deadline = rig.clock.now() + END_S
+        while (ended := rig.last_pulse) is None and rig.clock.now() < deadline:
+            rig.wait(0.05)
         if ended is None:
             raise LinkError("the board did not tell the pulse's end")
         return f"ran {ended.duration:.3f} s, {ended.reason.name.lower().replace('_', ' ')}"

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 SAMPLE_COLUMNS = ("time_s", "right_kpa", "left_kpa", "volume_ml", "direction", "supply_v", "faults")
 ANGLE_COLUMNS = ("time_s", "bend_deg", "target_deg", "sigma_deg", "theta1_deg", "theta2_deg")
 KEPT_S = 60.0
-SAMPLES_PER_S, ANGLES_PER_S = 50, 60
+SAMPLES_PER_S, ANGLES_PER_S = 50, 30
 
 
 @dataclass(frozen=True)
@@ -93,13 +93,9 @@ class News:
 
 
 class Feed:
-    """The meeting place of the bench's thread and those who watch.
-
-    watchers : how many read; without any, no picture need be encoded
-    """
+    """The meeting place of the bench's thread and those who watch."""
 
     def __init__(self) -> None:
-        self.watchers = 0
         self._lock = threading.Lock()
         self._samples = Ring(round(KEPT_S * SAMPLES_PER_S))
         self._angles = Ring(round(KEPT_S * ANGLES_PER_S))

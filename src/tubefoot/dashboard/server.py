@@ -107,11 +107,7 @@ def dashboard_app(
             return
         name = _page_name(socket.query_params.get("page"))
         await socket.accept()
-        showing.feed.watchers += 1
-        try:
-            await _serve(socket, showing, name)
-        finally:
-            showing.feed.watchers -= 1
+        await _serve(socket, showing, name)
 
     return app
 
