@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from tubefoot.cli import grasp_map
 from tubefoot.cli.grasp import grasp
 from tubefoot.cli.grasp_map import map_rows, map_summary
 from tubefoot.cli.grasp_record import verdict_sentence
@@ -97,7 +98,9 @@ def test_a_grasp_leaves_its_record(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_theta2_changes_its_sign_with_the_grip_level_on_the_map() -> None:
+def test_theta2_changes_its_sign_with_the_grip_level_on_the_map(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grasp_map, "VOLUMES_ML", (-0.15, 0.0, 0.3))
+    monkeypatch.setattr(grasp_map, "HEIGHTS_MM", (70.0,))
     rows = map_rows(known_object("blueberry"))
     summary = map_summary(rows)
     assert 0.0 < summary["theta2_zero_front_force_n"] < 0.05
