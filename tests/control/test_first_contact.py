@@ -67,6 +67,16 @@ def test_the_shape_alone_makes_contact_sure() -> None:
         assert sense.observe(Pause(one, other, -9 * DEG, 60 * KPA)) == found
 
 
+def test_contact_before_anything_is_learnt_still_tells_a_force() -> None:
+    """Touching from the first pulse on, as after bad placement: within a factor of three, so that no grip
+    runs on."""
+    sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))
+    for n in range(6):
+        sense.observe(resting(-600.0 + 60.0 * n, 0.01 * n))
+    assert sense.touching
+    assert 0.05 / 3 < sense.force(resting(-300.0, 0.05)) < 0.05 * 3
+
+
 def test_lost_markers_leave_the_pressures() -> None:
     """Without theta1 and theta2 nothing is reported from nothing, and nothing raised."""
     sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))

@@ -34,6 +34,9 @@ RATIO_PRIOR, RATIO_WEIGHT = 1.0, 1.0 * DEG
 RATIO_RANGE = (0.5, 2.5)
 LEAST_TURN, LEAST_PRESSURE = 0.15 * DEG, 0.5 * KPA
 """Changes below which a pulse teaches nothing [rad, MPa]."""
+SOON_OVER_RELAXED = 0.4
+"""Bend some seconds after a pulse over the relaxed one, for a finger that touches before its own is
+learnt."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +60,12 @@ class GripLever:
 
     moment : moment of all units for a pressure difference, n A [N mm/MPa]
     arm : arms summed over the lower half less those over the upper one [mm]
+    gain : bend for a pressure difference while the wall has hardly relaxed, before it is learnt [rad/MPa]
     """
 
     moment: float
     arm: float
+    gain: float
 
 
 def grip_lever(finger: ReducedFinger, height: float) -> GripLever:
@@ -73,7 +78,8 @@ def grip_lever(finger: ReducedFinger, height: float) -> GripLever:
     middles = finger.cap + finger.pitch * (np.arange(finger.n_units) + 0.5)
     arms = np.maximum(height - middles, 0.0)
     lower = middles < finger.length / 2
-    return GripLever(moment, float(arms[lower].sum() - arms[~lower].sum()))
+    relaxed = float((at_rest.coupling / at_rest.stiffness).sum(axis=1) @ (0.5, -0.5))
+    return GripLever(moment, float(arms[lower].sum() - arms[~lower].sum()), SOON_OVER_RELAXED * relaxed)
 
 
 class ContactSense:
@@ -94,7 +100,7 @@ class ContactSense:
         self.shape_lag = self.pressure_lag = 0.0
         self._last: Pause | None = None
         self._free: deque[tuple[float, float, float, float]] = deque(maxlen=settings.learnt_pulses)
-        self._gain = float("nan")
+        self._gain = lever.gain
         self._from: Pause | None = None
 
     def observe(self, pause: Pause) -> bool:
@@ -119,8 +125,7 @@ class ContactSense:
         return self.touching
 
     def force(self, pause: Pause) -> float:
-        """Estimated contact force [N], never negative; 0 before contact, nan where free bending was not
-        learnt.
+        """Estimated contact force [N], never negative; 0 before contact.
 
         pause : the newest
         """
