@@ -5,6 +5,8 @@ import pytest
 
 from tubefoot.records import write_table
 from tubefoot.study.claims import (
+    Claim,
+    join_claims,
     judge_filter,
     judge_inverse_pressures,
     judge_length,
@@ -103,3 +105,14 @@ def test_filter(tmp_path):
     assert claim.numbers["largest_difference_pressure_left_kpa"] == pytest.approx(0.04 * 40)
     assert judge_filter(made_curve(tmp_path / "far", gain=0.51, left=-1.4), coupled).verdict == "mixed"
     assert judge_filter(made_curve(tmp_path / "off", gain=0.6, left=-1.4), coupled).verdict == "refuted"
+
+
+def test_a_claim_judged_twice_holds_where_both_say_so():
+    solved = [Claim("C5", "s", "r", "holds", {"slope": -1.2}, "a"), Claim("C6", "s", "r", "holds")]
+    seen = [Claim("C5", "s", "q", "refuted", {"slope": -0.8}, "b"), Claim("C11", "s", "q", "mixed")]
+    joined = {claim.id: claim for claim in join_claims(solved, seen)}
+    assert list(joined) == ["C5", "C6", "C11"]
+    assert joined["C5"].verdict == "mixed"
+    assert joined["C5"].numbers == {"slope": -1.2, "bench_slope": -0.8}
+    assert joined["C5"].rule == "r; on the bench: q"
+    assert join_claims(solved, [solved[0]])[0].verdict == "holds"
