@@ -46,6 +46,7 @@ def trial(seed: int, units: int, directory: Path) -> dict[str, object]:
     spent = time.process_time() - started - made
     duty = float(np.median(problem.observations[0].duties))
     truth = values_of(unseal(directory, digest), duty)
+    shutil.rmtree(directory)
     rows = {
         name: {
             "truth": truth[name],
@@ -109,7 +110,7 @@ def main() -> None:
             if given.summary:
                 continue
             try:
-                result = trial(seed, given.units, RESULTS / "running")
+                result = trial(seed, given.units, RESULTS / f"{given.units}-units" / f"bench-{seed}")
             except TubefootError as error:
                 result = {"seed": seed, "failed": str(error)}
             write_json(path, result)

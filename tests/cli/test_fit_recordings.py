@@ -5,7 +5,7 @@ import tomllib
 
 import numpy as np
 import pytest
-from tests.validation.lean_records import known_values, made_record
+from tests.validation.lean_records import cyclic_pulses, known_values, made_record
 
 from tubefoot.cli.main import app
 from tubefoot.errors import ConfigError
@@ -46,7 +46,7 @@ def written(path, record):
 
 def test_a_foreign_table_is_fitted(tmp_path, capsys):
     values = known_values()
-    written(tmp_path / "bench.csv", made_record(values))
+    written(tmp_path / "bench.csv", made_record(values, pulses=cyclic_pulses(count=6)))
     (tmp_path / "map.toml").write_text(MAP)
     out = tmp_path / "out"
     options = ["--columns", str(tmp_path / "map.toml"), "--sobol-samples", "0", "--out", str(out)]

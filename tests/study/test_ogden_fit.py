@@ -50,13 +50,13 @@ def test_a_law_stable_everywhere_is_within_half_a_per_cent(kinds):
 def test_bands_hold_the_truth_in_95_of_100_cases():
     mu, alpha = [0.2, 0.03], [1.4, 4.5]
     inside = []
-    for seed in range(40):
+    for seed in range(25):
         tests = made_tests(("uniaxial", "equibiaxial"), 0.01, seed, mu, alpha)
         fit = fit_ogden(tests, 2, starts=3)
         at = np.array([0.8, 1.4, 2.4])
         off = np.abs(fit.stress("uniaxial", at) - nominal_stress("uniaxial", at, mu, alpha))
         inside.append(off <= 1.96 * fit.stress_sigma("uniaxial", at))
-    assert 0.87 <= np.mean(inside) <= 1.0  # 0.95 +- 2.5 standard errors of 40 independent fits
+    assert 0.84 <= np.mean(inside) <= 1.0  # 0.95 +- 2.5 standard errors of 25 independent fits
 
 
 def test_what_one_test_does_not_determine_is_said():
