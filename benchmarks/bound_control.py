@@ -23,6 +23,8 @@ TARGET_DEG, HOLD_S, OVERSHOOT_DEG, LIMIT_KPA = 30.0, 2.0, 0.9, 83.0
 FLOW_ML_PER_S = 1.1
 STEP_S, LAST_S = 0.04, 7.0
 DRAWN, KEPT, ROUNDS = 240, 24, 8
+STARTS = 3
+"""Searches that begin anew; the best of them counts, and the least may still be less."""
 VOLUME_ML, PAUSE_S, TRIM_ML = (0.4, 2.5), (0.1, 2.5), (-0.25, 0.15)
 """Ranges of the first volume, of the pauses, and of the further volumes."""
 
@@ -92,5 +94,10 @@ def _paths(bench: Bench, drawn: FloatArray, pulses: int) -> tuple[FloatArray, Fl
 if __name__ == "__main__":
     for known in (Bench(0.5, 0.7), Bench(1.0, 1.1), Bench(1.0, 0.5), Bench(1.7, 1.1)):
         for tolerance, mean in ((0.6, 0.3), (0.9, 0.45)):
-            found = {count: round(least_time(known, count, tolerance, mean), 2) for count in (2, 3, 4)}
+            found = {
+                count: round(
+                    min(least_time(known, count, tolerance, mean, seed) for seed in range(STARTS)), 2
+                )
+                for count in (2, 3, 4)
+            }
             print(known, f"within {tolerance:g} deg:", found, flush=True)
