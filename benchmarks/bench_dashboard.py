@@ -45,7 +45,7 @@ def _rates(bench: Any, dashboard: Any) -> list[Row]:
         passed, cpu = time.perf_counter() - wall, time.process_time() - own
         bench_s = bench.virtual.clock.now() - before
     pace = bench_s / passed
-    note = f"bench at {pace:.2f} of the wall clock; {cpu / bench_s:.2f} s CPU a bench second, with the bench itself"
+    note = f"bench at {pace:.2f} of the wall clock; {cpu / bench_s:.2f} s CPU a bench second, bench included"
     return [
         _rate("pictures a second", counts["pictures"] / passed, FRAMES_WANTED, note),
         _rate("pictures a bench second", counts["pictures"] / passed / pace, FRAMES_WANTED, note),
