@@ -24,7 +24,7 @@ def recordings(
         Parameter(help="reduced finger of any length (`tubefoot reduce`); the reference if not given"),
     ] = None,
     held_out: Annotated[
-        tuple[Path, ...], Parameter(help="recording that is only predicted; may be given again")
+        tuple[Path, ...], Parameter(help="recording that is only predicted; may be given again", negative="")
     ] = (),
     columns: Annotated[Path | None, Parameter(help="column map of recordings that are tables (TOML)")] = None,
     units: Annotated[
@@ -37,7 +37,9 @@ def recordings(
     sobol_samples: Annotated[
         int, Parameter(help="base samples of Sobol indices, a power of two; 0: none")
     ] = 64,
-    profile: Annotated[tuple[str, ...], Parameter(help="unknown whose profile likelihood is wanted")] = (),
+    profile: Annotated[
+        tuple[str, ...], Parameter(help="unknown whose profile likelihood is wanted", negative="")
+    ] = (),
     seed: Annotated[int, Parameter(help="of the Sobol samples")] = 0,
     out: Annotated[Path, Parameter(help="directory for the results")] = Path("out/fit"),
 ) -> None:
@@ -191,7 +193,7 @@ def _about_material(result: MaterialFit) -> list[str]:
     if (ogden := result.ogden) is not None:
         for k, (mu, alpha) in enumerate(zip(ogden.mu, ogden.alpha, strict=True)):
             unused = "  (not needed: left out)" if mu == 0 else ""
-            found.append(f"  mu_{k + 1} = {mu:9.5f} MPa   alpha_{k + 1} = {alpha:8.4f}{unused}")
+            found.append(f"  mu_{k + 1} = {mu:.5g} MPa   alpha_{k + 1} = {alpha:.5g}{unused}")
         found.append(
             f"Ogden: initial shear modulus {ogden.shear_modulus:.4f} MPa, misfit {ogden.misfit:.3g} of the "
             f"uncertainty given to {ogden.points} stresses"

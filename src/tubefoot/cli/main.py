@@ -99,7 +99,8 @@ app.command(
     "tubefoot.cli.fit:fit_app",
     name="fit",
     help="Parameters with uncertainty, from recordings of a bench or tests of a material.\n\n"
-    "Example: `tubefoot fit material examples/materials/agilus30_dma_20C.csv --out out/agilus30`",
+    "Example: `tubefoot fit out/rig-record/bench.mcap --out out/fit`, or "
+    "`tubefoot fit material examples/materials/agilus30_dma_20C.csv --out out/agilus30`",
 )
 app.command(
     "tubefoot.cli.validate:validate",
