@@ -47,6 +47,7 @@ def test_a_law_stable_everywhere_is_within_half_a_per_cent(kinds):
     assert worst_share(fit) < 0.005
 
 
+@pytest.mark.slow
 def test_bands_hold_the_truth_in_95_of_100_cases():
     mu, alpha = [0.2, 0.03], [1.4, 4.5]
     inside = []

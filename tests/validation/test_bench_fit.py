@@ -61,6 +61,7 @@ def test_a_held_out_run_is_predicted(whole):
     assert found.angle < 1.0 * DEG
 
 
+@pytest.mark.slow
 def test_few_unknowns_come_back_within_their_intervals():
     values = known_values()
     inside = []
