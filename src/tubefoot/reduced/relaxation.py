@@ -13,8 +13,8 @@ So with the volumes held the angles do not creep and the pressures relax; with t
 creep; with M = 0 throughout, the unit follows p_e. A step is exact where M_e and p_e grow linearly over it.
 
 The terms come from the design's material, relative to its long-term modulus. That the quasi-static Ogden
-law is that long-term modulus is an assumption; the stiffness scale of each print covers it. They were measured
-at 20 degC; in a warmer room the wall relaxes faster (docs/decisions/0005-relaxation.md).
+law is that long-term modulus is an assumption; the stiffness scale of each print covers it. They were
+measured at 20 degC; in a warmer room the wall relaxes faster (docs/decisions/0005-relaxation.md).
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ FloatArray = NDArray[np.float64]
 MEASURED_C, ROOM_C = 20.0, 23.0
 """Temperature of the relaxation data, and that of a laboratory [degC]."""
 DECADES_PER_K = 0.13
-"""By how much a kelvin shortens the relaxation times: published storage moduli of Agilus30 at 1 Hz, 13.4, 6.4 and
-3.7 MPa at 20, 25 and 30 degC, read against the modulus over frequency at 20 degC (design/data)."""
+"""By how much a kelvin shortens the relaxation times: published storage moduli of Agilus30 at 1 Hz, 13.4, 6.4
+and 3.7 MPa at 20, 25 and 30 degC, read against the modulus over frequency at 20 degC (design/data)."""
 
 
 @dataclass(frozen=True)

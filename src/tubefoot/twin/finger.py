@@ -4,8 +4,8 @@ MuJoCo integrates the links (gravity, tip load, whatever touches them); the law'
 applied torques. Their stiffness K would need microseconds if it acted explicitly: a dashpot of h K on each
 hinge, which MuJoCo treats implicitly, makes the torque that at the end of the step of length h, to first
 order. That is the linearly implicit Euler method; it damps modes faster than 1 / h. What relaxes faster
-than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS` of that
-term's time, times the angular frequency.
+than the shortest Prony term is lumped in a dashpot too: loss over storage modulus grows by `FAST_LOSS` of
+that term's time, times the angular frequency.
 
 The scene (`finger_body`) is in SI units; in and out go mm, N, MPa, rad. Shear moves the links sideways
 (`place_links`): it changes the shape, not the law. Units keep their length; docs/verification.md says what
