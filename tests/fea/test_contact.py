@@ -87,6 +87,39 @@ def test_partners_are_kept_where_nothing_moved(pressed):
     assert contact.look(State(unknowns, np.zeros(0), 0.0), keep=True) == (False, False)
 
 
+def shifted(mesh, gap, sideways):
+    """State in which the upper wall is at a gap and moved along x."""
+    unknowns = np.zeros(mesh.points.shape)
+    unknowns[mesh.points[:, 2] > 0.5] += [sideways, 0.0, gap - 1.0]
+    return State(unknowns.ravel(), np.zeros(0), 0.0)
+
+
+def test_a_point_that_slides_a_little_over_an_edge_keeps_its_facet():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(shifted(mesh, 0.05, 0.0))
+    before = contact.choice
+    # Facets are 2 mm wide; a place may go on 0.3 of half a width beyond its facet.
+    assert contact.look(shifted(mesh, 0.05, 0.25), keep=True) == (False, False)
+    assert np.array_equal(contact.choice[1], before[1])
+    assert contact.choice[3] == pytest.approx(0.05)
+    assert contact.look(shifted(mesh, 0.05, 0.25))[0]
+    assert not np.array_equal(contact.choice[1], before[1])
+    contact.choice = before
+    assert contact.look(shifted(mesh, 0.05, 0.9), keep=True)[0]
+
+
+def test_a_contact_that_did_not_act_and_got_lost_is_forgotten():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(shifted(mesh, 0.3, 0.0))
+    assert len(contact.choice[0]) > 0
+    far = shifted(mesh, 0.3, 30.0)
+    assert contact.look(far, keep=True) == (False, False)
+    found, _ = evaluate(contact, far.unknowns)
+    assert found.min_gap > 0.0
+
+
 @pytest.mark.parametrize("gap", [0.09, 0.03, -0.02])
 def test_pressure_is_that_of_the_barrier_and_acts_within_the_reach_only(gap):
     barrier = Barrier(reach=0.1, stiffness=3.0)

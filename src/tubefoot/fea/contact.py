@@ -94,6 +94,8 @@ class SelfContact:
             new = self._unmet(sample, facet, stays)
             acting = acted | (self.gaps < self.barrier.reach)
             if stays[acting].all() and not (gap[new] < self.barrier.reach).any():
+                # Those that do not act may get lost beyond the horizon of their facet.
+                self._take(self._sample[stays], self._facet[stays], self._places[stays], self.gaps[stays])
                 return False, False
             sample, facet = (
                 np.append(old[stays], found[new])
@@ -101,15 +103,19 @@ class SelfContact:
             )
             place = np.vstack([self._places[stays], place[new]])
             gap = np.append(self.gaps[stays], gap[new])
-        self._sample, self._facet, self._places, self.gaps = sample, facet, place, gap
         keys = self._own[sample] * n + facet
         grew = not np.isin(keys, self._pairs).all()
         if grew:
             near, neighbour = np.nonzero(others >= 0)
             found = self._own[near] * n + others[near, neighbour]
             self._keep(np.union1d(np.union1d(self._pairs, found), keys))
-        self._row = np.searchsorted(self._pairs, keys)
+        self._take(sample, facet, place, gap)
         return True, grew
+
+    def _take(self, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray) -> None:
+        """Take contacts whose pairs are among the elements."""
+        self._sample, self._facet, self._places, self.gaps = sample, facet, places, gaps
+        self._row = np.searchsorted(self._pairs, self._own[sample] * len(self.nodes) + facet)
 
     @property
     def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
@@ -122,9 +128,8 @@ class SelfContact:
 
         kept : as they were
         """
-        self._sample, self._facet, places, gaps = kept
-        self._places, self.gaps = places.copy(), gaps.copy()
-        self._row = np.searchsorted(self._pairs, self._own[self._sample] * len(self.nodes) + self._facet)
+        sample, facet, places, gaps = kept
+        self._take(sample, facet, places.copy(), gaps.copy())
         self._looked_at = None
 
     def _staying(self, state: State) -> NDArray[np.bool_]:

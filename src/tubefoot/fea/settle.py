@@ -29,8 +29,8 @@ The smallest one that is enough counts: too small a one gives forces that pass f
 """
 EASY = 4
 """Iterations up to which a step was easy enough for less drag."""
-CALM = 3
-"""Easy steps in a row after which rest is looked for."""
+CALM = 0.1
+"""Force of the drag over its largest, below which rest is looked for; then again at a quarter of it."""
 MOST_STEPS = 120
 MOST_FAILURES = 10
 """In a row, each with four times the drag, after which there is no way down."""
@@ -42,12 +42,18 @@ class _StuckError(StepFailed):
 
 @dataclass
 class _Descent:
-    """How the fall goes: the state, the drag on it, easy steps and failures in a row."""
+    """How the fall goes: the state, the drag on it, easy steps and failures in a row, the drag's force.
+
+    peak : largest force so far; calm : force below which rest is looked for; as densities of the force
+    """
 
     state: State
     density: float
     easy: int = 0
     failures: int = 0
+    force: float = np.inf
+    peak: float = 0.0
+    calm: float = np.inf
 
 
 class Settler:
@@ -105,10 +111,11 @@ class Settler:
         try:
             for _ in range(MOST_STEPS):
                 moving = self._damped_step(descent)
-                if not moving or (descent.easy > 0 and descent.easy % CALM == 0):
+                if not moving or descent.force < min(descent.calm, CALM * descent.peak):
                     found = self._rest(descent.state, exact)
                     if found is not None:
                         return found
+                    descent.calm = 0.25 * descent.force
                 if not moving:
                     raise _StuckError("it does not move any more and is not at rest")
         finally:
@@ -128,6 +135,9 @@ class Settler:
             descent.density, descent.easy = 4.0 * descent.density, -1
             return True
         descent.failures = 0
+        gone = np.abs(step.state.unknowns - descent.state.unknowns)[: 3 * len(self._volumes)]
+        descent.force = descent.density * float(gone.max())
+        descent.peak = max(descent.peak, descent.force)
         descent.state = step.state
         descent.easy = descent.easy + 1 if step.iterations <= EASY else 0
         if descent.easy > 0:
