@@ -25,12 +25,13 @@ from tubefoot.units import KPA
 
 DESIGN = Path("examples/designs/reference-3.toml")
 BARRIER = Barrier(reach=0.05, stiffness=20.0)
-WAYS_MM = (0.05, 0.1, 0.2, 0.3, 0.4)
 RADIUS_MM = 7.5
 
 
-def indent(design: FingerDesign, body: str, pressures_kpa: tuple[float, float], size_mm: float) -> list[dict]:
-    """Rows of indentation and force, whole finger."""
+def indent(
+    design: FingerDesign, body: str, pressures_kpa: tuple[float, float], size_mm: float, ways_mm: list[float]
+) -> list[dict]:
+    """Rows of indentation and force, whole finger; the body goes the ways one after the other."""
     mesh, profile = finger_mesh(design.profile, size_mm), design.profile
     held = clamp_half_finger(mesh)
     tip = mesh.facet_set("tip").points
@@ -60,7 +61,7 @@ def indent(design: FingerDesign, body: str, pressures_kpa: tuple[float, float], 
     start = float(state.unknowns[3 * crest].min())
     from_side = start - float(state.unknowns[3 * behind])
     rows = []
-    for way in WAYS_MM:
+    for way in ways_mm:
         wall.shape = shape(start + way)
         state = model.solve(state, Control("parameter", 1.0)).state
         model.evaluate(state, stiff=False)
@@ -85,12 +86,18 @@ def indent(design: FingerDesign, body: str, pressures_kpa: tuple[float, float], 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--element-size-mm", type=float, default=2.0)
+    parser.add_argument("--ways-mm", type=float, nargs="+", default=[0.05, 0.1, 0.2, 0.3, 0.4])
+    parser.add_argument(
+        "--right-kpa", type=float, nargs="+", default=[0.0, 20.0, -20.0], help="left: opposite"
+    )
+    parser.add_argument("--bodies", nargs="+", choices=("box", "ball"), default=["box", "ball"])
     parser.add_argument("--out", type=Path, default=Path("build/wall_indentation"))
     asked = parser.parse_args()
     rows = []
-    for body in ("box", "ball"):
-        for pressures in ((0.0, 0.0), (20.0, -20.0), (-20.0, 20.0)):
-            found = indent(load_design(DESIGN), body, pressures, asked.element_size_mm)
+    for body in asked.bodies:
+        for right in asked.right_kpa:
+            pressures = (right, -right)
+            found = indent(load_design(DESIGN), body, pressures, asked.element_size_mm, asked.ways_mm)
             rows += found
             for row in found:
                 print(
