@@ -56,6 +56,20 @@ def write_whole(path: Path, content: str | bytes) -> Path:
     return path
 
 
+def free_path(directory: Path, stem: str, suffix: str) -> Path:
+    """A path that is not taken: `stem.suffix`, `stem-2.suffix`, ...
+
+    directory : of the file
+    stem : its name
+    suffix : its ending with the dot
+    """
+    path, number = directory / f"{stem}{suffix}", 1
+    while path.exists():
+        number += 1
+        path = directory / f"{stem}-{number}{suffix}"
+    return path
+
+
 def write_json(path: Path, record: Any) -> Path:
     """The path of a JSON file; numbers that are not finite become null.
 

@@ -43,11 +43,9 @@ def recording_path(directory: Path) -> Path:
 
     directory : of the run
     """
-    path, number = directory / "bench.mcap", 1
-    while path.exists():
-        number += 1
-        path = directory / f"bench-{number}.mcap"
-    return path
+    from tubefoot.records import free_path
+
+    return free_path(directory, "bench", ".mcap")
 
 
 @contextmanager

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal
 import tomli_w
 
 from tubefoot.config import Settings
-from tubefoot.dashboard.logbook import free_path
 from tubefoot.dashboard.questions import PageOperator
 from tubefoot.dashboard.watched_rig import WatchedRig
 from tubefoot.lab.rig_calibrations import CALIBRATIONS
 from tubefoot.lab.sensing import measure_neutral
 from tubefoot.lab.settings import RigSettings
-from tubefoot.records import write_table, write_whole
+from tubefoot.records import free_path, write_table, write_whole
 
 if TYPE_CHECKING:
     from tubefoot.dashboard.session import Session

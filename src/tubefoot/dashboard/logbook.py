@@ -15,7 +15,7 @@ from tubefoot.dashboard.feed import Sight
 from tubefoot.errors import ConfigError, LinkError
 from tubefoot.lab.board_rig import BoardRig
 from tubefoot.lab.recorder import Recorder
-from tubefoot.records import write_table, write_whole
+from tubefoot.records import free_path, write_table, write_whole
 from tubefoot.units import DEG
 from tubefoot.vision.finger import FingerReading
 
@@ -109,20 +109,6 @@ def _angles(reading: FingerReading) -> dict[str, float]:
     angles = {"bend_deg": reading.bend, "sigma_deg": reading.sigma}
     angles |= {"theta1_deg": reading.theta1, "theta2_deg": reading.theta2}
     return {key: angle / DEG for key, angle in angles.items()} | {"quality": reading.quality}
-
-
-def free_path(directory: Path, stem: str, suffix: str) -> Path:
-    """A path that is not taken: `stem.suffix`, `stem-2.suffix`, ...
-
-    directory : of the file
-    stem : its name
-    suffix : its ending with the dot
-    """
-    path, number = directory / f"{stem}{suffix}", 1
-    while path.exists():
-        number += 1
-        path = directory / f"{stem}-{number}{suffix}"
-    return path
 
 
 def kept_text(directory: Path, stem: str, suffix: str, text: str) -> Path:
