@@ -18,9 +18,10 @@ from tubefoot.errors import TubefootError
 from tubefoot.records import write_json
 from tubefoot.reduced.files import reference_file
 from tubefoot.validation.attribution import values_of
-from tubefoot.validation.bench_fit import FitProblem, fit_bench
+from tubefoot.validation.bench_fit import fit_bench
 from tubefoot.validation.bench_parameters import MAIN
 from tubefoot.validation.campaign import Campaign, load_campaign
+from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.loading import load_recording
 from tubefoot.validation.virtual_experiment import run_blind, unseal
 from tubefoot.validation.windows import observe

@@ -8,9 +8,10 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.units import KPA
 from tubefoot.validation.attribution import CAUSES, QUANTITIES, attribute, state_at, values_of
-from tubefoot.validation.bench_fit import FitProblem, fit_bench
+from tubefoot.validation.bench_fit import fit_bench
 from tubefoot.validation.bench_parameters import NAMES
 from tubefoot.validation.decisive import MEASUREMENTS, decisive_rows
+from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.lean_bench import LeanBench
 from tubefoot.validation.sensitivity import sobol_rows
 from tubefoot.validation.windows import observe

@@ -8,8 +8,9 @@ from tests.validation.lean_records import CONTENT, cyclic_pulses, known_values, 
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.bench_fit import FitProblem, fit_bench, identified_combinations, profile
+from tubefoot.validation.bench_fit import fit_bench, identified_combinations, profile
 from tubefoot.validation.bench_parameters import MAIN, NAMES
+from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.fit_stage import predict
 from tubefoot.validation.recording import RecordedPulse
 from tubefoot.validation.windows import observe

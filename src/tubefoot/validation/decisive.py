@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import Prony
 from tubefoot.validation.attribution import TOP, state_at
-from tubefoot.validation.bench_fit import BenchFit, FitProblem
+from tubefoot.validation.bench_fit import BenchFit
+from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.lean_bench import LeanBench
 
 FloatArray = NDArray[np.float64]

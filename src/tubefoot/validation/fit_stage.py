@@ -21,17 +21,10 @@ from tubefoot.records import write_json, write_table, write_whole
 from tubefoot.reduced.files import ReducedFile
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.attribution import QUANTITIES, Attribution, attribute
-from tubefoot.validation.bench_fit import (
-    OWN,
-    BenchFit,
-    FitProblem,
-    calibrate,
-    fit_bench,
-    identified_combinations,
-    profile,
-)
+from tubefoot.validation.bench_fit import BenchFit, calibrate, fit_bench, identified_combinations, profile
 from tubefoot.validation.bench_parameters import unknown_named
 from tubefoot.validation.decisive import decisive_rows
+from tubefoot.validation.fit_problem import OWN, FitProblem
 from tubefoot.validation.recording import BenchRecord
 from tubefoot.validation.sensitivity import sobol_rows
 from tubefoot.validation.windows import observe
