@@ -1,4 +1,5 @@
-"""The gripper's bench: one clock for two boards, one pump for both fingers, and the whole chain with the firmware."""
+"""The gripper's bench: one clock for two boards, one pump for both fingers, and the whole chain with the
+firmware."""
 
 import numpy as np
 import pytest
