@@ -88,11 +88,13 @@ def _without_parameters(text: str) -> tuple[str, list[str]]:
 def _escaped(line: str) -> str:
     """A line whose signs mean themselves, but for code between backticks."""
     parts = re.split(r"(``?[^`]+``?)", line)
+    text = ""
     for place, part in enumerate(parts):
-        if place % 2:
-            parts[place] = f"``{part.strip('`')}``"
-        else:
-            parts[place] = re.sub(r"([\\*|]|(?<=\w)_(?!\w))", r"\\\1", part)
-    joined = "".join(parts)
-    # Code must end at a word's end: a backslash and a space stand for nothing.
-    return re.sub(r"(``[^`]+``)(?=[\w(])", r"\1\\ ", re.sub(r"(?<=[\w])(``[^`]+``)", r"\\ \1", joined))
+        if place % 2 == 0:
+            text += re.sub(r"([\\*|]|(?<=\w)_(?!\w))", r"\\\1", part)
+            continue
+        # Code begins and ends with words: a backslash and a space stand for nothing.
+        before = "\\ " if re.search(r"\w$", text) else ""
+        after = "\\ " if re.match(r"[\w(]", parts[place + 1]) else ""
+        text += f"{before}``{part.strip('`')}``{after}"
+    return text

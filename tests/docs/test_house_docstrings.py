@@ -42,6 +42,10 @@ def test_signs_mean_themselves_but_in_code():
     )
 
 
+def test_two_pieces_of_code_on_a_line_stay_two():
+    assert restructured("`a.py` learns and `b.py`; x`c`") == "``a.py`` learns and ``b.py``; x\\ ``c``\n"
+
+
 def test_the_command_line_s_parameters_are_fields_too():
     text = "Solve.\n\nParameters\n----------\nout\n    Directory for\n    results.\nquick\n    Coarser."
     assert restructured(text) == "Solve.\n\n:param out: Directory for results.\n:param quick: Coarser.\n"
