@@ -59,7 +59,7 @@ def test_no_pulse_passes_until_release_and_the_link_keeps_its_count():
 def test_pings_do_not_mislead_the_stops_number():
     """A Stop numbered inside the board's window would make the link's next command stale."""
     with bench() as (_, line, rig):
-        for _ in range(120):  # the count of the pings runs far ahead of that of the commands
+        for _ in range(160):  # the count of the pings runs ahead of that of the commands, by 128 and more
             rig.link.ping()
             rig.wait(0.002)
             line.trip()
