@@ -26,6 +26,8 @@ CASES = ("tofu-front", "tofu-side", "blueberry-front", "blueberry-side")
 DESIGN = Path("examples/designs/reference-12.toml")
 FORCE_SHARE, ANGLE_DEG = 0.15, 2.0
 """How closely the twin shall agree."""
+NO_CONTACT_N = 1e-3
+"""Force below which the fingers do not touch; there the twin's must not either."""
 ANGLES = ("theta1_deg", "theta2_deg")
 COMPARED = (
     *ANGLES,
@@ -67,13 +69,13 @@ def compare(case: str, size_mm: float, out: Path, make: GripperMake) -> list[dic
 def _row(case: str, fea: dict, twin: object) -> dict:
     force, other = float(fea["normal_force_n"]), float(twin.normal_force_n)  # type: ignore[attr-defined]
     row = {"case": case, "pumped_volume_ml": fea["pumped_volume_ml"], "force_fea_n": force}
-    row |= {"force_twin_n": other, "force_ratio": other / force if force > 1e-3 else None}
+    row |= {"force_twin_n": other, "force_ratio": other / force if force > NO_CONTACT_N else None}
     for key in COMPARED:
         stem, unit = key.rsplit("_", 1)
         row |= {f"{stem}_fea_{unit}": fea[key], f"{stem}_twin_{unit}": getattr(twin, key)}
     apart = [abs(float(fea[key]) - getattr(twin, key)) for key in ANGLES]
     ratio = row["force_ratio"]
-    row["force_agrees"] = ratio is not None and abs(ratio - 1.0) <= FORCE_SHARE
+    row["force_agrees"] = other <= NO_CONTACT_N if ratio is None else abs(ratio - 1.0) <= FORCE_SHARE
     row["angles_agree"] = max(apart) <= ANGLE_DEG
     keys = ("patch_mm2", "pressure_mean_kpa", "pressure_p99_kpa", "axial_force_n")
     stresses = ("object_tension_p99_kpa", "object_compression_p99_kpa", "object_von_mises_p99_kpa")
