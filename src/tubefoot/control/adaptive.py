@@ -113,6 +113,7 @@ class AdaptiveController:
         self._way = 0
         self._filling = 0.0
         self._ran_until = self._now = self._look_at = float("-inf")
+        self._patience = Wait("creeping")
 
     def target_at(self, time: float) -> float:
         """Wanted bend angle [rad], the same at every time.
@@ -143,12 +144,18 @@ class AdaptiveController:
     # ---- parts of a decision -------------------------------------------------------------------------------
 
     def _next(self, seen: Measurement) -> Command:
-        """With the pump standing: hold, correct, wait for the creep, or pump on."""
+        """With the pump standing: what is due, or the wait that was decided on a moment ago."""
+        if seen.time < self._look_at:
+            return self._patience
+        self._look_at = seen.time + LOOK_S
+        command = self._due(seen)
+        self._patience = command if isinstance(command, Wait) else Wait("creeping")
+        return command
+
+    def _due(self, seen: Measurement) -> Command:
+        """Hold, correct, wait for the creep, or pump on."""
         settings, goal = self.settings, self._goal
         tolerance = settings.hold_error_deg * DEG
-        if seen.time < self._look_at:
-            return Wait("creeping")
-        self._look_at = seen.time + LOOK_S
         trims, paths = self._trims(seen)
         free = Paths(paths.bends[:1], paths.pressures[:1])
         alone = self._astray(free.bend_at(self._window(0.0)))[0]
