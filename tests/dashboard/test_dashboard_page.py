@@ -16,6 +16,7 @@ from tests.dashboard_bench import TOKEN, free_port, served, until
 from tubefoot.dashboard.helm import Helm
 from tubefoot.vision.plane import PlaneMap
 
+pytestmark = pytest.mark.slow
 PATIENCE_MS = 120_000
 CLICKS = 3
 ORDER_S = 1200.0
@@ -105,7 +106,6 @@ def test_everything_moves_and_the_overlay_is_on_the_marker(chromium, shown):
         pulse(page, "#reverse", 0.6)
 
 
-@pytest.mark.slow
 def test_a_bend_from_the_page_settles(chromium, shown):
     bench, dashboard = shown
     with in_control(chromium, dashboard) as page:
@@ -148,7 +148,6 @@ def one_stop(bench, page, way):
     return stopped - clicked
 
 
-@pytest.mark.slow
 def test_emergency_stop_by_key_and_while_the_server_hangs(chromium, shown):
     bench, dashboard = shown
     with in_control(chromium, dashboard) as page:
@@ -171,7 +170,6 @@ def test_emergency_stop_by_key_and_while_the_server_hangs(chromium, shown):
         page.wait_for_selector("#stopped", state="hidden")
 
 
-@pytest.mark.slow
 def test_emergency_stop_without_javascript(chromium, shown):
     bench, dashboard = shown
     context = chromium.new_context(java_script_enabled=False)
@@ -185,7 +183,6 @@ def test_emergency_stop_without_javascript(chromium, shown):
     bench.session.release()
 
 
-@pytest.mark.slow
 def test_two_browsers_one_steers_both_may_stop(chromium, shown):
     bench, dashboard = shown
     with in_control(chromium, dashboard) as first, chromium.new_context() as other:
@@ -209,7 +206,6 @@ def test_two_browsers_one_steers_both_may_stop(chromium, shown):
         second.wait_for_selector("#stopped", state="hidden")
 
 
-@pytest.mark.slow
 def test_a_closed_browser_stops_the_pump(chromium, shown):
     bench, dashboard = shown
     context = chromium.new_context()
@@ -227,7 +223,6 @@ def test_a_closed_browser_stops_the_pump(chromium, shown):
     until(lambda: bench.helm.holder == "")
 
 
-@pytest.mark.slow
 def test_calibration_wizard_on_the_page(chromium, shown):
     _, dashboard = shown
     with in_control(chromium, dashboard) as page:
@@ -238,7 +233,6 @@ def test_calibration_wizard_on_the_page(chromium, shown):
         assert "in force" in order_ended(page)
 
 
-@pytest.mark.slow
 def test_the_page_comes_back_after_a_restart(chromium, tmp_path):
     port = free_port()
     with served(tmp_path, port=port) as (_, dashboard):
@@ -275,7 +269,6 @@ class QuietHandler(SimpleHTTPRequestHandler):
         pass
 
 
-@pytest.mark.slow
 def test_a_page_of_another_origin_gets_nowhere_even_with_the_token(chromium, shown, tmp_path):
     bench, dashboard = shown
     stop = f"http://127.0.0.1:{dashboard.stop_server.port}/stop"
@@ -308,7 +301,6 @@ def test_a_page_of_another_origin_gets_nowhere_even_with_the_token(chromium, sho
     assert bench.helm.holder == ""
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("width", "height"), [(1280, 900), (390, 844)])
 def test_accessibility_and_no_sideways_scrolling(chromium, shown, width, height):
     _, dashboard = shown
