@@ -4,8 +4,8 @@ Solves a finger to P_right = 35 kPa on nested meshes (each line of the coarsest 
 with three pressure spaces of the 27-node hexahedron: Taylor-Hood, discontinuous linear, and none
 (displacement only, which locks). Prints the table of docs/verification.md and writes build/convergence.json;
 the limit of each family is extrapolated from meshes that halve twice (1, 2, 4), where there are such, since
-these are nested in each other, else from the three finest; once more from the two finest with the order of the
-chambers' corners. The default mesh stands apart.
+these are nested in each other, else from the three finest; once more from the two finest with the order of
+the chambers' corners. The default mesh stands apart.
 """
 
 import argparse

@@ -34,6 +34,8 @@ ASTRAY = 4.0
 """Way from the last state to a new one, over the foretold way, beyond which it lies on another branch."""
 ARC_STEPS = 16
 """Steps by the path's length in which a fold shows, or the parameter passes what stopped it."""
+FIRST_SHARE = 0.1
+"""Share of a chamber, trapped air included, that a step pumps at most."""
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the longest step, the next stable state is looked for."""
 
@@ -163,12 +165,21 @@ class _Walk:
             raise StepFailed(f"it went {gone / foretold:.1f} times as far as foretold")
 
     def _first_stride(self) -> float:
-        """Path parameter of the first step: its share of the way to the goal, by the tangent at rest."""
+        """Path parameter of the first step: its share of the way to the goal, by the tangent at rest.
+
+        A soft finger's goal may look far away from there: no step pumps more than a share of a chamber.
+        """
         goal = self.limits[0].control
         slope = self.model.slope_at_rest(goal)
         if slope == 0.0:
             raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
-        return goal.target / slope / self.stepping.states
+        stride = goal.target / slope / self.stepping.states
+        drive = self.model.drive
+        for cavity, kind, rate in zip(self.model.cavities, drive.kind, drive.rate, strict=True):
+            if kind == "volume" and rate:
+                most = FIRST_SHARE * (cavity.rest_volume + cavity.air_volume) / abs(rate)
+                stride = float(np.clip(stride, -most, most))
+        return stride
 
     def _lengthen(self) -> None:
         longer = min(self.longest, abs(self.stride) * self.stepping.growth)

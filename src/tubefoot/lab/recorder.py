@@ -173,7 +173,7 @@ class Recorder:
         values : bend_deg, sigma_deg, theta1_deg, theta2_deg, quality; what is not a number becomes null
         fault : why the angle is not known, empty when it is
         """
-        row = {"time_s": time_s, "received_s": received_s}
+        row: dict[str, Any] = {"time_s": time_s, "received_s": received_s}
         row |= {key: _digits(float(value)) for key, value in values.items()}
         self._add("angles", time_s, {**row, "fault": fault})
 

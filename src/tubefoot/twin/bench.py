@@ -46,7 +46,7 @@ PLANE = PlanePose.facing(250.0, 4 * DEG, -6 * DEG, (2.0, -46.0))
 
 
 def bench_layout(length_mm: float = 92.0) -> MarkerLayout:
-    """Markers of the virtual bench: five on the 12-unit finger, fewer on shorter ones, the last on the tip cap.
+    """Markers of the virtual bench: five on the 12-unit finger, fewer on shorter ones, the last on the cap.
 
     length_mm : of the finger, caps included
     """

@@ -216,7 +216,7 @@ class LockstepPort:
         return out
 
     def _keep_pace(self, ahead_of: float) -> None:
-        """Wait for the wall clock, `ahead_of` that of the board's start, or let go of what cannot be caught up."""
+        """Wait for the wall clock, `ahead_of` that of the board's start, or let go of what is lost."""
         lead = self.board.time - (time.monotonic() - ahead_of)
         if lead > 0:
             time.sleep(lead)
