@@ -35,7 +35,7 @@ ASTRAY = 4.0
 ARC_STEPS = 16
 """Steps by the path's length in which a fold shows, or the parameter passes what stopped it."""
 FIRST_SHARE = 0.1
-"""Share of a chamber, trapped air included, that a step pumps at most."""
+"""Share of a chamber, trapped air included, that the first step pumps at most."""
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the longest step, the next stable state is looked for."""
 
@@ -122,9 +122,10 @@ class _Walk:
     ):
         self.model, self.limits, self.stepping, self.observe = model, limits, stepping, observe
         self.path = path
-        self.stride = self._first_stride()
-        self.longest = abs(self.stride)
-        self.shortest = self.longest * stepping.smallest
+        share = self._share_of_the_way()
+        self.longest = abs(share)
+        self.stride = self._first_stride(share)
+        self.shortest = abs(self.stride) * stepping.smallest
         # States since the last snap: no polynomial goes across one.
         self.smooth = list(path.steps)
         self._settler: Settler | None = None
@@ -164,16 +165,16 @@ class _Walk:
         if gone > ASTRAY * foretold:
             raise StepFailed(f"it went {gone / foretold:.1f} times as far as foretold")
 
-    def _first_stride(self) -> float:
-        """Path parameter of the first step: its share of the way to the goal, by the tangent at rest.
-
-        A soft finger's goal may look far away from there: no step pumps more than a share of a chamber.
-        """
+    def _share_of_the_way(self) -> float:
+        """Path parameter of a step that takes its share of the way to the goal, by the tangent at rest."""
         goal = self.limits[0].control
         slope = self.model.slope_at_rest(goal)
         if slope == 0.0:
             raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
-        stride = goal.target / slope / self.stepping.states
+        return goal.target / slope / self.stepping.states
+
+    def _first_stride(self, stride: float) -> float:
+        """That of the first step, shortened: from rest a soft finger's goal may look very far away."""
         drive = self.model.drive
         for cavity, kind, rate in zip(self.model.cavities, drive.kind, drive.rate, strict=True):
             if kind == "volume" and rate:
