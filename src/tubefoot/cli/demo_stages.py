@@ -71,7 +71,7 @@ def judge(root: Path) -> list[Claim]:
     from tubefoot.study.claims import join_claims
 
     bench = [*judge_validation(root), *judge_bending(root), *judge_grasps(root)]
-    return join_claims(judge_solves(root), bench)
+    return sorted(join_claims(judge_solves(root), bench), key=lambda claim: int(claim.id[1:]))
 
 
 def cases(quick: bool) -> list[Case]:
