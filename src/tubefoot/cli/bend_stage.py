@@ -87,7 +87,6 @@ def real_stage(
     source : webcam, by number or device
     camera : calibration; layout : markers, those of the reference finger if None
     """
-    from tubefoot.config import load_settings
     from tubefoot.lab.board_rig import BoardRig
     from tubefoot.lab.port import SerialPort
     from tubefoot.lab.recorder import Recorder
@@ -95,11 +94,11 @@ def real_stage(
     from tubefoot.vision.angles import TrackedAngles
     from tubefoot.vision.calibration import load_calibration
     from tubefoot.vision.finger import FingerTracker
-    from tubefoot.vision.layout import MarkerLayout, reference_layout
+    from tubefoot.vision.layout import chosen_layout
     from tubefoot.vision.sources import open_source
 
     calibration = load_calibration(camera)
-    markers = load_settings(layout, MarkerLayout) if layout else reference_layout()
+    markers = chosen_layout(layout)
     device = open_source(source, (calibration.lens.width_px, calibration.lens.height_px))
     port = SerialPort(settings.board.port)
     with ExitStack() as stack:

@@ -141,7 +141,6 @@ def real_grasp(
     recordings : files to record into, one a rig
     """
     from tubefoot.cli.person_hands import PersonHands
-    from tubefoot.config import load_settings
     from tubefoot.lab.board_rig import BoardRig
     from tubefoot.lab.port import SerialPort
     from tubefoot.lab.recorder import Recorder
@@ -149,11 +148,11 @@ def real_grasp(
     from tubefoot.vision.angles import TrackedAngles
     from tubefoot.vision.calibration import load_calibration
     from tubefoot.vision.finger import FingerTracker
-    from tubefoot.vision.layout import MarkerLayout, reference_layout
+    from tubefoot.vision.layout import chosen_layout
     from tubefoot.vision.shared import shared_camera
     from tubefoot.vision.sources import open_source
 
-    markers = load_settings(layout, MarkerLayout) if layout else reference_layout()
+    markers = chosen_layout(layout)
     calibrations = [load_calibration(path) for path in cameras]
     lens = calibrations[0].lens
     devices = [open_source(source, (lens.width_px, lens.height_px)) for source in sources]

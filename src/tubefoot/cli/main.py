@@ -74,17 +74,17 @@ app.command(
 app.command(
     "tubefoot.cli.demo:demo",
     name="demo",
-    help="Solve the reference fingers, judge the paper's claims, write one report.\n\n"
+    help="Run the whole paper on embedded defaults, judge its claims, write one report.\n\n"
     "Example: `tubefoot demo --quick --out out/demo-quick`",
 )
 app.command(
-    "tubefoot.cli.vision:camera_app",
+    "tubefoot.cli.camera_calibration:camera_app",
     name="calibrate-camera",
     help="Calibrate the camera: print sheets, lens, bending plane, neutral zero.\n\n"
     "Example: `tubefoot calibrate-camera rehearse --out out/rehearsal`",
 )
 app.command(
-    "tubefoot.cli.vision:track",
+    "tubefoot.cli.track:track",
     name="track",
     help="Bending angle, theta1 and theta2 from a camera, video, pictures or recording.\n\n"
     "Example: `tubefoot track virtual --frames 60 --out out/track`",

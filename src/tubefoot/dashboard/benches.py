@@ -98,14 +98,13 @@ def real_bench(
     camera : its calibration; without one there are no angles and no closed loop
     layout : markers, those of the reference finger if None
     """
-    from tubefoot.config import load_settings
     from tubefoot.lab.port import SerialPort
     from tubefoot.vision.calibration import load_calibration
     from tubefoot.vision.finger import FingerTracker
-    from tubefoot.vision.layout import reference_layout
+    from tubefoot.vision.layout import chosen_layout
     from tubefoot.vision.sources import open_source
 
-    markers = load_settings(layout, MarkerLayout) if layout else reference_layout()
+    markers = chosen_layout(layout)
     calibration = load_calibration(camera) if camera else None
     with ExitStack() as stack:
         port = SerialPort(settings.board.port)

@@ -139,17 +139,14 @@ def _real(rig: RigSettings, source: str, camera: Path | None, layout: Path | Non
 
 
 def _player(replay: Path, camera: Path | None, layout: Path | None) -> Showing:
-    from tubefoot.config import load_settings
     from tubefoot.dashboard.player import Player
     from tubefoot.lab.recording import Recording
-    from tubefoot.vision.layout import MarkerLayout, reference_layout
+    from tubefoot.vision.layout import chosen_layout
 
     beside, markers = replay.with_name("camera.toml"), replay.with_name("layout.toml")
     known = camera or (beside if beside.exists() else None)
     chosen = layout or (markers if markers.exists() else None)
-    return Player(
-        Recording(replay), known, load_settings(chosen, MarkerLayout) if chosen else reference_layout()
-    )
+    return Player(Recording(replay), known, chosen_layout(chosen))
 
 
 def _plans(model: Path | None, path: Path | None) -> FingerPlans:

@@ -6,9 +6,11 @@ at z = 0.
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from pydantic import Field, model_validator
 
-from tubefoot.config import Settings
+from tubefoot.config import Settings, load_settings
 from tubefoot.units import DEG
 from tubefoot.vision.alignment import MarkerTarget
 from tubefoot.vision.marker import find_dictionary, marker_cells, mirror_distance
@@ -141,3 +143,13 @@ def reference_layout() -> MarkerLayout:
         for marker_id, height in ((1, 14.5), (2, 35.5), (4, 56.5), (7, 77.5))
     )
     return MarkerLayout(length_mm=92.0, markers=places)
+
+
+def chosen_layout(path: Path | None) -> MarkerLayout:
+    """The layout in a file, that of the 12-unit reference finger where none is named.
+
+    path : TOML file or None
+
+    Raises ConfigError for a file that cannot be used.
+    """
+    return reference_layout() if path is None else load_settings(path, MarkerLayout)

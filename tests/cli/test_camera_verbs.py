@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from tubefoot.cli.vision import calibrate, print_sheets, rehearse, track
+from tubefoot.cli.camera_calibration import calibrate, print_sheets, rehearse
+from tubefoot.cli.track import track
 from tubefoot.errors import ConfigError, LinkError
 from tubefoot.vision.live import LiveView
 
