@@ -14,11 +14,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.fea.barrier import Barrier, assemble_contacts
+from tubefoot.fea.barrier import Barrier
+from tubefoot.fea.contacts import Contacts, bounding_spheres
 from tubefoot.fea.elements import element_kind, gauss_line
-from tubefoot.fea.items import Evaluation, Sink, State
+from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, outside_facet
+from tubefoot.fea.proximity import KEPT, find_opposite, outside_facet
 from tubefoot.fea.touch import Touch, Unheard, across_area, quarters
 
 FloatArray = NDArray[np.float64]
@@ -32,7 +33,7 @@ REMEMBERED = 12
 """Facets near one sample that are prepared for."""
 
 
-class BodyContact:
+class BodyContact(Contacts):
     """Contact of a finger's walls with an object's skin; as an item it adds the barrier's energy."""
 
     def __init__(
@@ -48,30 +49,23 @@ class BodyContact:
         mesh : of both bodies; walls : names of the finger's facet sets; skin : of the object's
         direction : unit vector from the finger to the object; barrier : how they repel each other
         """
-        self.barrier = barrier or Barrier()
         wall = np.vstack([mesh.facet_set(name).nodes for name in walls])
         self._n_wall = len(wall)
-        self.nodes = np.ascontiguousarray(np.vstack([wall, mesh.facet_set(skin).nodes]))
-        self._rest, self._direction = mesh.points, np.array(direction)
-        kind = element_kind("quad9")
         line, weight = gauss_line(SAMPLES)
         at = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
-        self._shape = np.ascontiguousarray(kind.shape(at))
+        nodes = np.vstack([wall, mesh.facet_set(skin).nodes])
+        super().__init__(mesh, nodes, len(wall), element_kind("quad9"), at, barrier or Barrier())
+        self._direction = np.array(direction)
         # The direction does not turn with the wall: no slopes in the shape functions.
         self._shapes = np.ascontiguousarray(
             np.stack([self._shape, *np.zeros((2, *self._shape.shape))], axis=1)
         )
-        self._powers, self._coefficients = facet_powers(kind)
-        self._own = np.repeat(np.arange(self._n_wall), len(at))
         weights = np.outer(weight, weight).ravel()
-        self.areas: FloatArray = across_area(mesh.points[wall], at, weights, self._direction).ravel()
+        self.areas = across_area(mesh.points[wall], at, weights, self._direction).ravel()
         helper = np.eye(3)[int(np.argmin(np.abs(self._direction)))]
         first = np.cross(helper, self._direction)
         first /= np.linalg.norm(first)
         self._tangents = np.array([first, np.cross(self._direction, first)])
-        self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
-        self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
-        self._keep(np.empty(0, dtype=np.int64))
 
     def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
         """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
@@ -81,57 +75,13 @@ class BodyContact:
         hits, places, gaps, others = self._opposite(state, self.barrier.ahead, REMEMBERED)
         if keep and self._serves(hits, gaps):
             return False, False
-        n = len(self.nodes)
-        self._sample = np.flatnonzero(gaps < self.barrier.reach + CLOSE)
-        self._facet, self._places = hits[self._sample], places[self._sample]
-        self.gaps = gaps[self._sample]
-        keys = self._own[self._sample] * n + self._facet
-        grew = not np.isin(keys, self._pairs).all()
-        if grew:
-            near, neighbour = np.nonzero(others >= 0)
-            found = self._own[near] * n + others[near, neighbour]
-            self._keep(np.union1d(np.union1d(self._pairs, found), keys))
-        self._row = np.searchsorted(self._pairs, keys)
+        sample = np.flatnonzero(gaps < self.barrier.reach + CLOSE)
+        grew = self._prepare(sample, hits[sample], others)
+        self._take(sample, hits[sample], places[sample], gaps[sample])
         return True, grew
 
-    def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
-        """Put the contact forces and their stiffness into the sink.
-
-        state : where to evaluate; sink : takes the parts; found : energy, magnitude, smallest gap
-        """
-        if len(self._sample) == 0:
-            return
-        positions = self._positions(state)
-        energy = assemble_contacts(
-            self._sampled(positions)[self._sample],
-            np.broadcast_to(self._tangents, (len(self._sample), 2, 3)).copy(),
-            self.areas[self._sample],
-            self._sample % len(self._shape),
-            self._facet,
-            self._row,
-            self._places,
-            self.gaps,
-            self._powers,
-            self._coefficients,
-            self._coefficients @ positions[self.nodes],
-            self._shapes,
-            (self.barrier.reach, self.barrier.stiffness),
-            self._residuals,
-            self._matrices,
-        )
-        if np.isnan(energy):
-            found.min_gap = -np.inf
-            return
-        found.energy += energy
-        found.min_gap = min(found.min_gap, float(self.gaps.min()))
-        found.magnitude = max(found.magnitude, float(np.abs(self._residuals).max(initial=0.0)))
-        sink.add(self, 0, self._matrices, self._residuals)
-
-    def recover(self, step: FloatArray) -> None:
-        """Nothing was eliminated.
-
-        step : unchanged
-        """
+    def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
+        return np.broadcast_to(self._tangents, (len(self._sample), 2, 3)).copy()
 
     def forces(self, state: State) -> FloatArray:
         """Contact forces on all points, (n_points, 3) [N]: on the finger's and, opposite, on the object's.
@@ -202,32 +152,16 @@ class BodyContact:
         touching = np.flatnonzero((gaps < self.barrier.reach) & (hits >= 0))
         return bool(np.isin(touching, self._sample).all())
 
-    def _keep(self, pairs: IntArray) -> None:
-        """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
-        n, size = len(self.nodes), 6 * self.nodes.shape[1]
-        self._pairs = pairs
-        nodes = np.hstack([self.nodes[pairs // n], self.nodes[pairs % n]])
-        self.pattern: IntArray = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(pairs), size)
-        self._residuals = np.zeros((len(pairs), size))
-        self._matrices = np.zeros((len(pairs), size, size))
-
-    def _positions(self, state: State) -> FloatArray:
-        return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)
-
-    def _sampled(self, positions: FloatArray) -> FloatArray:
-        return np.einsum("qa,fai->fqi", self._shape, positions[self.nodes[: self._n_wall]]).reshape(-1, 3)
-
     def _opposite(
         self, state: State, within: float, remembered: int
     ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Of each sample: the facet of the skin before it (-1 for none), place, gap, neighbours found."""
         positions = self._positions(state)
         corners = positions[self.nodes]
-        centres = corners.mean(axis=1)
-        radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+        spheres = bounding_spheres(corners)
         facing = np.cross(corners[:, 1] - corners[:, 0], corners[:, 3] - corners[:, 0])
         skin = np.arange(self._n_wall, len(self.nodes))
-        axis = int(np.argmax(np.ptp(centres[skin], axis=0)))
+        axis = int(np.argmax(np.ptp(spheres[skin, :3], axis=0)))
         n = len(self._own)
         hits, gaps, places = np.empty((n, 1), dtype=np.int64), np.empty((n, 1)), np.empty((n, 1, 2))
         others = np.empty((n, remembered), dtype=np.int64)
@@ -238,9 +172,9 @@ class BodyContact:
             self.nodes,
             self._powers,
             self._coefficients @ corners,
-            np.column_stack([centres, radii]),
+            spheres,
             facing / np.linalg.norm(facing, axis=1)[:, None],
-            skin[np.argsort(centres[skin, axis])],
+            skin[np.argsort(spheres[skin, axis])],
             axis,
             False,
             within,

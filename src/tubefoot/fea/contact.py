@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError, GeometryError
-from tubefoot.fea.barrier import Barrier, assemble_contacts
+from tubefoot.fea.barrier import Barrier
+from tubefoot.fea.contacts import Contacts, bounding_spheres
 from tubefoot.fea.elements import element_kind
-from tubefoot.fea.items import Evaluation, Sink, State
+from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, facet_powers, find_opposite, follow_places
+from tubefoot.fea.proximity import KEPT, find_opposite, follow_places
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,7 +34,7 @@ SHEETS = 4
 """Facets that one sample may press against at a time: more than one where folds meet."""
 
 
-class SelfContact:
+class SelfContact(Contacts):
     """Contact of a surface with itself; as an item it adds the barrier's energy."""
 
     def __init__(self, mesh: Mesh, surface: Sequence[str], barrier: Barrier | None = None):
@@ -47,25 +48,17 @@ class SelfContact:
         sets = [mesh.facet_set(name) for name in surface]
         if len({found.kind for found in sets}) != 1:
             raise ConfigError(f"the surface {', '.join(surface)} has facets of several kinds")
-        self.barrier = barrier or Barrier()
         kind = element_kind(sets[0].kind)
-        self.nodes = np.ascontiguousarray(np.vstack([found.nodes for found in sets]))
+        nodes = np.vstack([found.nodes for found in sets])
+        super().__init__(mesh, nodes, len(nodes), kind, kind.quadrature_points, barrier or Barrier())
         names = np.repeat(np.arange(len(sets)), [len(found.nodes) for found in sets])
         self._labels = [surface[int(k)] for k in names]
-        self._rest = mesh.points
         self._triangle = kind.n_corners == 3
-        self._powers, self._coefficients = facet_powers(kind)
-        self._shape = np.ascontiguousarray(kind.shape(kind.quadrature_points))
         slopes = np.moveaxis(kind.shape_gradient(kind.quadrature_points), -1, 1)
-        self._own_shapes = np.ascontiguousarray(np.concatenate([self._shape[:, None], slopes], axis=1))
-        self._own = np.repeat(np.arange(len(self.nodes)), len(self._shape))
+        self._shapes = np.ascontiguousarray(np.concatenate([self._shape[:, None], slopes], axis=1))
         normals = self._area_vectors(mesh.points)
         shares = np.tile(kind.quadrature_weights, len(self.nodes))
-        self._weights: FloatArray = 0.5 * shares * np.linalg.norm(normals, axis=1)
-        # Contacts: sample, facet opposite, place on it, gap, element of the pair.
-        self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
-        self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
-        self._keep(np.empty(0, dtype=np.int64))
+        self.areas = 0.5 * shares * np.linalg.norm(normals, axis=1)
         self._looked_at: FloatArray | None = None
         self._clearance = 0.0
         rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
@@ -85,7 +78,6 @@ class SelfContact:
         hits, places, gaps, others = self._opposite(state, self.barrier.ahead)
         self._looked_at = state.unknowns[: self._rest.size].copy()
         self._clearance = min(float(gaps.min()), self.barrier.ahead)
-        n = len(self.nodes)
         sample, slot = np.nonzero(gaps < self._close)
         facet, place, gap = hits[sample, slot], places[sample, slot], gaps[sample, slot]
         if keep:
@@ -103,19 +95,9 @@ class SelfContact:
             )
             place = np.vstack([self._places[stays], place[new]])
             gap = np.append(self.gaps[stays], gap[new])
-        keys = self._own[sample] * n + facet
-        grew = not np.isin(keys, self._pairs).all()
-        if grew:
-            near, neighbour = np.nonzero(others >= 0)
-            found = self._own[near] * n + others[near, neighbour]
-            self._keep(np.union1d(np.union1d(self._pairs, found), keys))
+        grew = self._prepare(sample, facet, others)
         self._take(sample, facet, place, gap)
         return True, grew
-
-    def _take(self, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray) -> None:
-        """Take contacts whose pairs are among the elements."""
-        self._sample, self._facet, self._places, self.gaps = sample, facet, places, gaps
-        self._row = np.searchsorted(self._pairs, self._own[sample] * len(self.nodes) + facet)
 
     @property
     def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
@@ -160,44 +142,8 @@ class SelfContact:
             unmet[k] = not np.isin(self.nodes[partners], self.nodes[facet[k]]).any()
         return unmet
 
-    def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
-        """Put the contact forces and their stiffness into the sink.
-
-        state : where to evaluate; sink : takes the parts; found : energy and magnitude
-        """
-        if len(self._sample) == 0:
-            return
-        positions = self._positions(state)
-        energy = assemble_contacts(
-            self._sampled(positions)[self._sample],
-            self._tangents(positions)[self._sample],
-            self._weights[self._sample],
-            self._sample % len(self._shape),
-            self._facet,
-            self._row,
-            self._places,
-            self.gaps,
-            self._powers,
-            self._coefficients,
-            self._coefficients @ positions[self.nodes],
-            self._own_shapes,
-            (self.barrier.reach, self.barrier.stiffness),
-            self._residuals,
-            self._matrices,
-        )
-        if np.isnan(energy):
-            found.min_gap = -np.inf
-            return
-        found.energy += energy
-        found.min_gap = min(found.min_gap, float(self.gaps.min()))
-        found.magnitude = max(found.magnitude, float(np.abs(self._residuals).max(initial=0.0)))
-        sink.add(self, 0, self._matrices, self._residuals)
-
-    def recover(self, step: FloatArray) -> None:
-        """Nothing was eliminated.
-
-        step : unchanged
-        """
+    def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
+        return self._tangents(positions)[self._sample]
 
     def smallest_gap(self, state: State, within: float) -> tuple[float, str]:
         """The smallest gap [mm], negative for a penetration, and between which walls.
@@ -226,23 +172,8 @@ class SelfContact:
         """Gap below which a sample has a partner [mm]: before the reach, since Newton moves the walls."""
         return (self.barrier.reach + self.barrier.ahead) / 3
 
-    def _keep(self, pairs: IntArray) -> None:
-        """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
-        n, size = len(self.nodes), 6 * self.nodes.shape[1]
-        self._pairs = pairs
-        nodes = np.hstack([self.nodes[pairs // n], self.nodes[pairs % n]])
-        self.pattern: IntArray = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(pairs), size)
-        self._residuals = np.zeros((len(pairs), size))
-        self._matrices = np.zeros((len(pairs), size, size))
-
-    def _positions(self, state: State) -> FloatArray:
-        return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)
-
-    def _sampled(self, positions: FloatArray) -> FloatArray:
-        return np.einsum("qa,fai->fqi", self._shape, positions[self.nodes]).reshape(-1, 3)
-
     def _tangents(self, positions: FloatArray) -> FloatArray:
-        return np.einsum("qda,fai->fqdi", self._own_shapes[:, 1:], positions[self.nodes]).reshape(-1, 2, 3)
+        return np.einsum("qda,fai->fqdi", self._shapes[:, 1:], positions[self.nodes]).reshape(-1, 2, 3)
 
     def _area_vectors(self, positions: FloatArray) -> FloatArray:
         tangents = self._tangents(positions)
@@ -256,9 +187,8 @@ class SelfContact:
         normals = self._area_vectors(positions)
         facing = normals.reshape(len(self.nodes), -1, 3).sum(axis=1)
         corners = positions[self.nodes]
-        centres = corners.mean(axis=1)
-        radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
-        axis = int(np.argmax(np.ptp(centres, axis=0)))
+        spheres = bounding_spheres(corners)
+        axis = int(np.argmax(np.ptp(spheres[:, :3], axis=0)))
         n = len(self._own)
         hits, gaps = np.empty((n, SHEETS), dtype=np.int64), np.empty((n, SHEETS))
         places = np.empty((n, SHEETS, 2))
@@ -270,9 +200,9 @@ class SelfContact:
             self.nodes,
             self._powers,
             self._coefficients @ corners,
-            np.column_stack([centres, radii]),
+            spheres,
             facing / np.linalg.norm(facing, axis=1)[:, None],
-            np.argsort(centres[:, axis]),
+            np.argsort(spheres[:, axis]),
             axis,
             self._triangle,
             within,

@@ -1,0 +1,134 @@
+"""Samples of a wall that press facets opposite: the item that self-contact and contact of two bodies share.
+
+Each contact is a sample, a facet, a place on it and a gap; facets that a sample's own facet may press are
+paired into elements, and the barrier's energy of all samples of a pair goes into its matrix. Which contacts
+there are is for those who derive from this: they look, and `_take` what they found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.fea.barrier import Barrier, assemble_contacts
+from tubefoot.fea.elements import ElementKind
+from tubefoot.fea.items import Evaluation, Sink, State
+from tubefoot.fea.mesh import Mesh
+from tubefoot.fea.proximity import facet_powers
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+class Contacts:
+    """The contacts of sampled walls; as an item they add the barrier's energy.
+
+    areas : of each sample [mm^2]; gaps : of each contact [mm]; pattern : unknowns of each pair of facets
+    """
+
+    areas: FloatArray
+    _shapes: FloatArray
+    """(n, 3, n_nodes) shape functions at the samples and the slopes by which the wall's direction turns."""
+
+    def __init__(
+        self, mesh: Mesh, nodes: IntArray, n_sampled: int, kind: ElementKind, at: FloatArray, barrier: Barrier
+    ):
+        """Begin without contacts; who derives sets `areas` and `_shapes`.
+
+        mesh : the mesh; nodes : (n_facets, n) of all facets; n_sampled : the first so many carry samples
+        kind : of the facets; at : (n, 2) reference coordinates of the samples of a facet
+        barrier : how samples and facets repel each other
+        """
+        self.barrier, self.nodes = barrier, np.ascontiguousarray(nodes)
+        self._rest = mesh.points
+        self._powers, self._coefficients = facet_powers(kind)
+        self._shape = np.ascontiguousarray(kind.shape(at))
+        self._sampled_nodes = self.nodes[:n_sampled]
+        self._own = np.repeat(np.arange(n_sampled), len(at))
+        self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
+        self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
+        self._keep(np.empty(0, dtype=np.int64))
+
+    def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
+        """Two vectors across the direction in which each contact looks, (n_contacts, 2, 3)."""
+        raise NotImplementedError
+
+    def assemble(self, state: State, sink: Sink, found: Evaluation) -> None:
+        """Put the contact forces and their stiffness into the sink.
+
+        state : where to evaluate; sink : takes the parts; found : energy, magnitude, smallest gap
+        """
+        if len(self._sample) == 0:
+            return
+        positions = self._positions(state)
+        energy = assemble_contacts(
+            self._sampled(positions)[self._sample],
+            self._tangents_of_contacts(positions),
+            self.areas[self._sample],
+            self._sample % len(self._shape),
+            self._facet,
+            self._row,
+            self._places,
+            self.gaps,
+            self._powers,
+            self._coefficients,
+            self._coefficients @ positions[self.nodes],
+            self._shapes,
+            (self.barrier.reach, self.barrier.stiffness),
+            self._residuals,
+            self._matrices,
+        )
+        if np.isnan(energy):
+            found.min_gap = -np.inf
+            return
+        found.energy += energy
+        found.min_gap = min(found.min_gap, float(self.gaps.min()))
+        found.magnitude = max(found.magnitude, float(np.abs(self._residuals).max(initial=0.0)))
+        sink.add(self, 0, self._matrices, self._residuals)
+
+    def recover(self, step: FloatArray) -> None:
+        """Nothing was eliminated.
+
+        step : unchanged
+        """
+
+    def _take(self, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray) -> None:
+        """Take contacts whose pairs are among the elements."""
+        self._sample, self._facet, self._places, self.gaps = sample, facet, places, gaps
+        self._row = np.searchsorted(self._pairs, self._own[sample] * len(self.nodes) + facet)
+
+    def _prepare(self, sample: IntArray, facet: IntArray, others: IntArray) -> bool:
+        """Whether contacts needed new elements; then the facets nearby, `others`, got theirs too."""
+        n = len(self.nodes)
+        keys = self._own[sample] * n + facet
+        if np.isin(keys, self._pairs).all():
+            return False
+        near, neighbour = np.nonzero(others >= 0)
+        found = self._own[near] * n + others[near, neighbour]
+        self._keep(np.union1d(np.union1d(self._pairs, found), keys))
+        return True
+
+    def _keep(self, pairs: IntArray) -> None:
+        """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
+        n, size = len(self.nodes), 6 * self.nodes.shape[1]
+        self._pairs = pairs
+        nodes = np.hstack([self.nodes[pairs // n], self.nodes[pairs % n]])
+        self.pattern: IntArray = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(pairs), size)
+        self._residuals = np.zeros((len(pairs), size))
+        self._matrices = np.zeros((len(pairs), size, size))
+
+    def _positions(self, state: State) -> FloatArray:
+        return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)
+
+    def _sampled(self, positions: FloatArray) -> FloatArray:
+        return np.einsum("qa,fai->fqi", self._shape, positions[self._sampled_nodes]).reshape(-1, 3)
+
+
+def bounding_spheres(corners: FloatArray) -> FloatArray:
+    """Centre and radius of a sphere around each facet's nodes, (n_facets, 4).
+
+    corners : (n_facets, n_nodes, 3)
+    """
+    centres = corners.mean(axis=1)
+    radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+    return np.column_stack([centres, radii])
