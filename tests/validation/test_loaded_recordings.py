@@ -31,6 +31,21 @@ def test_a_drifting_sensor_is_straightened_by_its_line(line):
     assert abs(taken) < 0.15 * KPA
 
 
+def test_a_line_to_the_last_rest_has_the_slope_of_the_drift():
+    drifting = raw_series(drift_kpa_per_s=0.02, noise_kpa=0.005, cycles=1)
+    found = prepared(drifting, "taken", drift="ends").rest.drift
+    # It rises by 0.7 kPa over the recording; the medians of 5 Pa of noise are off by less than 1 Pa.
+    assert np.array(found) / KPA == pytest.approx([0.02, 0.02], rel=0.01)
+
+
+def test_a_line_to_a_rest_that_is_not_there_is_refused():
+    raw = raw_series(cycles=1)
+    until = raw.time < raw.pulses[-1].end
+    cut = replace(raw, time=raw.time[until], pressures=raw.pressures[until], drive=raw.drive[until])
+    with pytest.raises(ConfigError, match="drift = ends needs 5 samples of rest"):
+        prepared(cut, "cut", drift="ends")
+
+
 def test_a_recording_that_begins_with_the_pump_running_is_refused():
     raw = raw_series(cycles=1)
     late = raw.time >= 3.9

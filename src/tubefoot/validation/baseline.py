@@ -37,7 +37,7 @@ def rest_of(
     wild : (n,) samples to be passed over
     drift : none, that of the first rest, or from the first rest to the last
 
-    Raises ConfigError when the recording begins with the pump running, or the rest is too short for a line.
+    Raises ConfigError when the recording begins with the pump running, or a rest is too short for the line.
     """
     time = raw.time - raw.time[0]
     until = pulses[0].start - BEFORE_PULSE_S
@@ -55,12 +55,18 @@ def rest_of(
             f"drift = rest needs {LEAST_LINE_S:g} s before the first pulse, here are {until:.1f} s; "
             "use drift = none or ends"
         )
-    taken = {"none": np.zeros(2), "rest": slope, "ends": _to_last(time, raw.pressures, pulses, wild, offsets)}
-    line = offsets + np.outer(time - 0.5 * until, taken[drift])
+    middle = 0.5 * until
+    taken = np.zeros(2)
+    if drift == "rest":
+        taken = slope
+    elif drift == "ends":
+        at, last = _last_rest(time, raw.pressures, pulses, wild)
+        taken = (last - offsets) / (at - middle)
+    line = offsets + np.outer(time - middle, taken)
     angle, angle_scatter = _angle_rest(raw, until)
     rest = Rest(
         (float(offsets[0]), float(offsets[1])),
-        (float(taken[drift][0]), float(taken[drift][1])),
+        (float(taken[0]), float(taken[1])),
         (float(slope_sigma[0]), float(slope_sigma[1])),
         angle,
         (float(scatter[0]), float(scatter[1]), angle_scatter),
@@ -79,17 +85,17 @@ def _slope(time: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray
     return slope, np.sqrt((left**2).sum(axis=0) / max(len(time) - 2, 1) / spread)
 
 
-def _to_last(
-    time: FloatArray,
-    pressures: FloatArray,
-    pulses: Sequence[RecordedPulse],
-    wild: BoolArray,
-    offsets: FloatArray,
-) -> FloatArray:
+def _last_rest(
+    time: FloatArray, pressures: FloatArray, pulses: Sequence[RecordedPulse], wild: BoolArray
+) -> tuple[float, FloatArray]:
+    """Mean time [s] and median pressures [MPa] of the rest at the recording's end."""
     last = (time >= max(pulses[-1].end, time[-1] - LAST_REST_S)) & ~wild
     if last.sum() < LEAST_SAMPLES:
-        return np.zeros(2)
-    return np.asarray((np.median(pressures[last], axis=0) - offsets) / (time[last].mean() - time[0]))
+        raise ConfigError(
+            f"drift = ends needs {LEAST_SAMPLES} samples of rest in the last {LAST_REST_S:g} s, here are "
+            f"{last.sum()}; use drift = none or rest"
+        )
+    return float(time[last].mean()), np.asarray(np.median(pressures[last], axis=0))
 
 
 def _angle_rest(raw: RawSeries, until: float) -> tuple[float, float]:
