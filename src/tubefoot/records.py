@@ -109,6 +109,23 @@ def read_table(path: Path) -> list[dict[str, Any]]:
         raise ConfigError(f"{path}: no such table") from None
 
 
+def read_summary(directory: Path, verb: str, key: str) -> dict[str, Any]:
+    """What is in summary.json of a run.
+
+    directory : of the run; verb : that makes such runs; key : by which its summaries are known
+
+    Raises ConfigError when there is none, or it is of another verb.
+    """
+    path = directory / "summary.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise ConfigError(f"{path}: cannot be read: {error}; run `tubefoot {verb}` first") from error
+    if key not in found:
+        raise ConfigError(f"{path}: not the summary of a `{verb}` run")
+    return dict(found)
+
+
 class Run:
     """A run directory with its clock: `run.toml` is written by `finish` beside the tables."""
 

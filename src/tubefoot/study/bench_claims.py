@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError
-from tubefoot.records import read_table
+from tubefoot.records import read_summary, read_table
 from tubefoot.study.claims import Claim, verdict_of
 from tubefoot.study.curve import line_fit
 
@@ -36,14 +35,7 @@ class BendRecord:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What is in summary.json; raises ConfigError when it is missing or no summary of `bend`."""
-        path = self.directory / "summary.json"
-        try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise ConfigError(f"{path}: cannot be read: {error}; run `tubefoot bend` first") from error
-        if "iterations" not in found:
-            raise ConfigError(f"{path}: not the summary of a `bend` run")
-        return dict(found)
+        return read_summary(self.directory, "bend", "iterations")
 
     @cached_property
     def rows(self) -> list[dict[str, Any]]:

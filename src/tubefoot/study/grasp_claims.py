@@ -6,7 +6,6 @@ them, as theta2 moves by some degrees with every pulse and its sign belongs to a
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -14,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from tubefoot.errors import ConfigError
+from tubefoot.records import read_summary
 from tubefoot.study.claims import Claim, verdict_of
 
 FAR_LARGER = 2.0
@@ -34,14 +33,7 @@ class GraspRecord:
     @cached_property
     def summary(self) -> dict[str, Any]:
         """What is in summary.json; raises ConfigError when it is missing or no summary of `grasp`."""
-        path = self.directory / "summary.json"
-        try:
-            found = json.loads(path.read_text(encoding="utf-8"))
-        except (OSError, ValueError) as error:
-            raise ConfigError(f"{path}: cannot be read: {error}; run `tubefoot grasp` first") from error
-        if "pulses_after_contact" not in found:
-            raise ConfigError(f"{path}: not the summary of a `grasp` run")
-        return dict(found)
+        return read_summary(self.directory, "grasp", "pulses_after_contact")
 
     def angles(self, when: str = "") -> tuple[float, float]:
         """theta1 and theta2 [deg], nan where they are not known.
