@@ -69,3 +69,8 @@ def test_a_foreign_table_is_fitted(tmp_path, capsys):
 def test_without_a_recording_it_says_what_to_do():
     with pytest.raises(ConfigError, match="no recording given"):
         app(["fit"])
+
+
+def test_a_profile_of_nothing_is_refused_before_the_fit():
+    with pytest.raises(ConfigError, match=r"`sem` is no unknown of the fit; did you mean `seam`\?"):
+        app(["fit", "bench.mcap", "--profile", "sem"])

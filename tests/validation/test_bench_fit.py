@@ -93,6 +93,18 @@ def test_the_profile_has_its_least_at_the_fit_and_bounds_the_interval():
     assert min(rises.values()) > -0.05
 
 
+def test_the_profile_counts_the_prior_that_was_fitted():
+    """A flow's prior lies where the recordings' duty tells; where the data say nothing only it is left."""
+    values = known_values()
+    one_way = cyclic_pulses()[0][:9]
+    known = {name: values[name] for name in NAMES if name != "flow_reverse_ml_per_s"}
+    seen = observe(made_record(values, pulses=(one_way, 14.0)))
+    problem = FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), [seen], known)
+    fit = fit_bench(problem)
+    each = fit.of("flow_reverse_ml_per_s")
+    assert profile(problem, fit, each.name, [each.low])[0][1] == pytest.approx(1.96**2, rel=0.01)
+
+
 def test_two_recordings_share_the_bench_but_not_the_filling():
     values = known_values()
     short, long = observe(made_record(values)), observe(made_record(values, units=6, seed=1))

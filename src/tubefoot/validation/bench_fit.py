@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConvergenceError
-from tubefoot.validation.bench_parameters import MAIN, unknown_named
+from tubefoot.validation.bench_parameters import MAIN
 from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.rollers import with_rollers
 
@@ -248,11 +248,12 @@ def profile(
     """Misfit (sum of squares above the least) with one unknown held, all others fitted anew.
 
     problem : what was fitted, its uncertainties as the fit left them; fit : the result
-    name : of the unknown; values : at which it is held, in its unit
+    name : of an unknown that was fitted, held alike in all recordings; values : at which, in its unit
 
     A rise of 3.84 bounds the 95 % interval. Raises ConvergenceError when the lean bench finds no balance.
     """
-    unknown = unknown_named(name)
+    columns = [k for k, (unknown, _) in enumerate(problem.columns) if unknown.name == name]
+    unknown = problem.columns[columns[0]][0]
     best = {(each.name, each.recording): each.value for each in fit.estimates}
     costs = []
     for value in [fit.of(name).value, *values]:
@@ -264,6 +265,6 @@ def profile(
             ]
         )
         start = np.clip(start, held.low + 1e-9, held.high - 1e-9)
-        prior = (unknown.inner(value) - unknown.middle) / unknown.sigma
-        costs.append(2.0 * float(_search(held, start).cost) + prior**2)
+        prior = (unknown.inner(value) - problem.middle[columns]) / problem.spread[columns]
+        costs.append(2.0 * float(_search(held, start).cost) + float(prior @ prior))
     return [(float(value), cost - costs[0]) for value, cost in zip(values, costs[1:], strict=True)]

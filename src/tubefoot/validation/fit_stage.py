@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tomli_w
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from tubefoot.config import Settings
 from tubefoot.errors import ConvergenceError
@@ -22,7 +23,7 @@ from tubefoot.reduced.files import ReducedFile
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.attribution import QUANTITIES, Attribution, attribute
 from tubefoot.validation.bench_fit import BenchFit, calibrate, fit_bench, identified_combinations, profile
-from tubefoot.validation.bench_parameters import unknown_named
+from tubefoot.validation.bench_parameters import NAMES, unknown_named
 from tubefoot.validation.decisive import decisive_rows
 from tubefoot.validation.fit_problem import OWN, FitProblem
 from tubefoot.validation.recording import BenchRecord
@@ -46,6 +47,16 @@ class FitSettings(Settings):
     """unknowns whose profile likelihood is computed as well"""
     seed: int = 0
     """of the Sobol samples"""
+
+    @field_validator("profile")
+    @classmethod
+    def _are_fitted(cls, profile: tuple[str, ...]) -> tuple[str, ...]:
+        for name in profile:
+            if name not in NAMES:
+                near = get_close_matches(name, NAMES, n=1, cutoff=0.4)
+                hint = f"did you mean `{near[0]}`?" if near else f"there are: {', '.join(NAMES)}"
+                raise ValueError(f"`{name}` is no unknown of the fit; {hint}")
+        return profile
 
 
 @dataclass(frozen=True)
@@ -191,7 +202,7 @@ def _profile(
 ) -> list[dict[str, float]]:
     say(f"profile of {name}")
     unknown, each = unknown_named(name), fit.of(name)
-    low, high = (unknown.inner(max(end, 1e-6)) for end in (each.low, each.high))
+    low, high = unknown.inner(each.low), unknown.inner(each.high)
     at = np.linspace(low - 0.5 * (high - low), high + 0.5 * (high - low), 9)
     values = [min(max(unknown.outer(float(x)), unknown.low), unknown.high) for x in at]
     found = profile(problem, fit, name, sorted(set(values)))
