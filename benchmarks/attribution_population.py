@@ -12,6 +12,7 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.reduced.files import reference_file
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.validation.attribution import QUANTITIES, Attribution, attribute, values_of
+from tubefoot.validation.lean_bench import LeanBench
 from tubefoot.validation.virtual_experiment import hidden_bench
 
 BENCHES = 50
@@ -39,12 +40,12 @@ def main() -> None:
     content = reference_file()
     relaxation = content.to_prony()
     for units in (3, 6):
-        finger = content.to_finger().with_units(units)
+        bench = LeanBench(content.to_finger().with_units(units))
         mains: dict[str, Counter[str]] = {quantity: Counter() for quantity in QUANTITIES}
         for seed in range(BENCHES):
             values = {**values_of(hidden_bench(seed, units)), "scale": 1.0}
             try:
-                found = attribute(values, finger, relaxation)
+                found = attribute(values, bench, relaxation)
             except ConvergenceError:
                 continue
             for quantity, way in zip(QUANTITIES, (-1.0, 1.0), strict=True):
@@ -54,11 +55,11 @@ def main() -> None:
             print(f"{of}: {dict(count.most_common())}", flush=True)
         nominal = values_of(BenchSettings())
         for seam in SEAMS:
-            found = attribute({**nominal, "seam": seam}, finger, relaxation)
+            found = attribute({**nominal, "seam": seam}, bench, relaxation)
             print(f"{units} units, nominal with seam {seam:.1f}: {told(found)}", flush=True)
         for settle in SETTLES_S:
             tight = {**nominal, "seam": 0.2, "leak_back_ul_per_s_kpa": 0.0}
-            found = attribute(tight, finger, relaxation, settle=settle)
+            found = attribute(tight, bench, relaxation, settle=settle)
             print(f"{units} units, seam 0.2, no leak, after {settle:g} s: {told(found)}", flush=True)
 
 

@@ -7,9 +7,10 @@ from mapped_box import mapped_box, symmetry
 from octant import sphere_octant
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive, Plane, air_uptake
-from tubefoot.fea.equilibrium import Model, StepFailed, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.step import StepFailed, Tolerance
 from tubefoot.fea.traction import Traction
 
 RUBBER = OgdenLaw((0.63 * 1.3 / 2, 0.0012 * 5 / 2, 0.01), (1.3, 5.0, -2.0), 20.0)

@@ -10,7 +10,7 @@ from tubefoot.errors import ConvergenceError
 from tubefoot.fea.arc import Arc
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive
-from tubefoot.fea.equilibrium import Model, Step, StepFailed
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, passed
@@ -18,6 +18,7 @@ from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.predictor import best_degree, predict
 from tubefoot.fea.settle import Settler
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.step import Step, StepFailed
 
 NEO_HOOKEAN = OgdenLaw((0.4,), (2.0,), 400.0)
 """Its balloon has one pressure maximum and gets ever softer beyond."""

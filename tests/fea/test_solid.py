@@ -7,9 +7,10 @@ from probe import DenseSink, settled
 from mapped_box import mapped_box, outer_faces, symmetry
 from tubefoot.errors import ConfigError
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, StepFailed, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.step import StepFailed, Tolerance
 from tubefoot.fea.traction import Traction
 
 RUBBER = OgdenLaw((0.63 * 1.3 / 2, 0.0012 * 5 / 2, 0.01), (1.3, 5.0, -2.0), 50.0)

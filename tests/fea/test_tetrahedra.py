@@ -9,13 +9,14 @@ from tubefoot.design import cad
 from tubefoot.design.named_step import write_named_step
 from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.file_mesh import FileMesh
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.fea.mesh import jacobian_at
 from tubefoot.fea.named_mesh import named_mesh, outer_faces, smallest_determinants
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.fea.solid_part import SetNames, SolidPart, build_part
+from tubefoot.fea.step import Tolerance
 from tubefoot.fea.tetrahedra import step_mesh, straightened
 
 RUBBER = OgdenLaw((0.2127, 0.0375, -0.001), (1.3212, 4.318, -1.0248), 50.0)

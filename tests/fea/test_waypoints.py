@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from tubefoot.errors import ConvergenceError
-from tubefoot.fea.equilibrium import Step, StepFailed
 from tubefoot.fea.items import State
 from tubefoot.fea.path import Path
+from tubefoot.fea.step import Step, StepFailed
 from tubefoot.fea.waypoints import walk
 
 

@@ -50,6 +50,14 @@ def test_radius_of_curvature_of_a_flat_spheroid() -> None:
     assert berry.radius("side") == pytest.approx((15.0 * 15.0) / (2 * 12.0))
 
 
+def test_a_cylinder_is_round_at_its_side_and_flat_at_its_ends() -> None:
+    can = box(shape="cylinder", size_mm=(20.0, 20.0, 60.0), side_axis="y")
+    assert can.radius("front") == can.size_mm[0] / 2
+    assert can.face_area("front") == 20.0 * 60.0
+    assert can.radius("side") == float("inf")
+    assert can.firmness("side") == pytest.approx(0.030 * 3.14159265 * 10**2 / 60)
+
+
 @pytest.mark.parametrize(
     ("changes", "said"),
     [

@@ -8,10 +8,11 @@ import pytest
 from tubefoot.design.finger import load_design
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Control, Drive, air_uptake
-from tubefoot.fea.equilibrium import Model, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh, mirror_points
 from tubefoot.fea.items import State
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.step import Tolerance
 
 REFERENCE = Path(__file__).parents[2] / "examples" / "designs" / "reference-3.toml"
 

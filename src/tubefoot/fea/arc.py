@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.fea.drive import Control, Plane
-from tubefoot.fea.equilibrium import Model, Step, StepFailed
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
+from tubefoot.fea.step import Step, StepFailed
 
 FloatArray = NDArray[np.float64]
 

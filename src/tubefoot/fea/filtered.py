@@ -18,10 +18,11 @@ import numpy as np
 
 from tubefoot.errors import ConvergenceError
 from tubefoot.fea.drive import Drive
-from tubefoot.fea.equilibrium import Model, Step
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit
 from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.step import Step
 from tubefoot.records import Run, write_table, write_whole
 from tubefoot.units import KPA
 

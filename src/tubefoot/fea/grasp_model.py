@@ -19,7 +19,7 @@ from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.body_contact import BodyContact
 from tubefoot.fea.cavity import Cavity
 from tubefoot.fea.drive import Drive
-from tubefoot.fea.equilibrium import Model, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger
 from tubefoot.fea.finger_model import (
     HALF,
@@ -38,6 +38,7 @@ from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.object_mesh import beside, object_mesh
 from tubefoot.fea.rigid_grasp import RigidContact
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.step import Tolerance
 from tubefoot.fea.touch import Touch
 from tubefoot.units import KPA, ML
 

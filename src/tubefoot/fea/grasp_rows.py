@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.finger_model import HALF
 from tubefoot.fea.grasp_model import GraspModel
 from tubefoot.fea.grasp_settings import GraspedObject
 from tubefoot.fea.ledger import Row
 from tubefoot.fea.measures import Stresses, percentile
 from tubefoot.fea.solve import SolvedFinger
+from tubefoot.fea.step import Step
 from tubefoot.units import DEG, KPA, ML
 
 FloatArray = NDArray[np.float64]

@@ -10,7 +10,6 @@ import numpy as np
 
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.fields import write_fields, write_index
 from tubefoot.fea.finger_model import HALF, SolveSettings
 from tubefoot.fea.grasp_model import GraspModel, build_grasp
@@ -19,6 +18,7 @@ from tubefoot.fea.grasp_settings import GraspSettings
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.recorder import Progress, Recorder, SolveResult, record
+from tubefoot.fea.step import Step
 from tubefoot.fea.waypoints import Observer, walk
 from tubefoot.records import Run, read_table, write_json
 from tubefoot.units import ATMOSPHERE_MPA, ML

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Step
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.predictor import weights
+from tubefoot.fea.step import Step
 
 OVERSHOOT = 0.02
 """Share of a step by which a limit may lie beyond its end and still be landed on with it."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from tubefoot import __version__
 from tubefoot.errors import ConfigError
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.items import State
+from tubefoot.fea.step import Step
 from tubefoot.records import Run, read_table, write_json, write_table, write_whole
 
 Row = dict[str, Any]

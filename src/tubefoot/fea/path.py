@@ -21,12 +21,13 @@ import numpy as np
 from tubefoot.errors import ConvergenceError
 from tubefoot.fea.arc import Arc
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Step, StepFailed
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, next_target, passed, value_of
 from tubefoot.fea.predictor import predict
 from tubefoot.fea.settle import Settler
 from tubefoot.fea.stability import CriticalMode, critical_mode
+from tubefoot.fea.step import Step, StepFailed
 
 EASY = 8
 """Iterations up to which a step was easy enough for a longer one to follow."""
@@ -37,7 +38,7 @@ ARC_STEPS = 16
 FIRST_SHARE = 0.1
 """Share of a chamber, trapped air included, that the first step pumps at most."""
 BEYOND = (1 / 16, 1 / 4)
-"""How far beyond a fold, over the longest step, the next stable state is looked for."""
+"""How far beyond a fold, over the first step, the next stable state is looked for."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +126,8 @@ class _Walk:
         share = self._share_of_the_way()
         self.longest = abs(share)
         self.stride = self._first_stride(share)
-        self.shortest = abs(self.stride) * stepping.smallest
+        self.first = abs(self.stride)
+        self.shortest = self.first * stepping.smallest
         # States since the last snap: no polynomial goes across one.
         self.smooth = list(path.steps)
         self._settler: Settler | None = None
@@ -233,7 +235,7 @@ class _Walk:
         self._accept(replace(step, event=f"snap: {cause}"))
         if found is not None and not self.path.end_reason:
             self.path.end_reason = f"{found[0].reason}, passed in a snap"
-        self.stride = float(np.copysign(self.longest / 4, self.stride))
+        self.stride = float(np.copysign(self.first / 4, self.stride))
 
     def _find_way_on(self, failure: StepFailed) -> None:
         """Go on where no step of the parameter is short enough: by length, then beyond the fold."""
@@ -246,7 +248,7 @@ class _Walk:
             cause = f"fold of the path in its parameter at {self._fold_at:.6g}"
         for share in BEYOND:
             start = self._fold_at if turned else last.state.parameter
-            beyond = start + float(np.copysign(share * self.longest, self.stride))
+            beyond = start + float(np.copysign(share * self.first, self.stride))
             try:
                 self._snap(self._settled().advance(last, beyond), cause)
                 return
@@ -268,7 +270,7 @@ class _Walk:
         """Take steps along the arc: True at a fold, False where it gives up, None where it led on."""
         last, forward = self.path.steps[-1], float(np.sign(self.stride))
         farthest, unstable = last.state.parameter, None
-        failed_at = farthest + forward * self.longest / 8
+        failed_at = farthest + forward * self.first / 8
         arc = Arc(self.model, self._before(last), last.state)
         try:
             for step in arc.steps(ARC_STEPS):
@@ -293,7 +295,7 @@ class _Walk:
                 return False
         if unstable is not None:
             self._leave(unstable)
-        self.stride = forward * self.longest / 8
+        self.stride = forward * self.first / 8
         return None
 
     def _before(self, last: Step) -> State:

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.items import State
+from tubefoot.fea.step import Step
 
 HIGHEST_DEGREE = 3
 

@@ -16,7 +16,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from tubefoot.errors import ConvergenceError
-from tubefoot.fea.equilibrium import Model, Step
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.fields import write_fields, write_index
 from tubefoot.fea.finger_model import SolveSettings, largest_stretch
 from tubefoot.fea.ledger import Ledger, Row
@@ -24,6 +24,7 @@ from tubefoot.fea.measures import FloatArray, Stresses, percentile
 from tubefoot.fea.mesh import Mesh, scaled_jacobian
 from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.solid import Solid
+from tubefoot.fea.step import Step
 from tubefoot.fea.timeline import TimedStep
 from tubefoot.records import Run, write_json
 from tubefoot.units import DEG, KPA, ML

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from tubefoot.fea.damping import Drag
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Step, StepFailed, Tolerance
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.stability import CriticalMode, nodal_volumes
+from tubefoot.fea.step import Step, StepFailed, Tolerance
 
 FloatArray = NDArray[np.float64]
 

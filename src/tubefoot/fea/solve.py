@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from tubefoot.design.finger import FingerDesign
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.filtered import PressureGrid
 from tubefoot.fea.finger_model import HALF, FingerModel, SolveSettings, build_finger
 from tubefoot.fea.hotspots import hotspot_rows
@@ -18,6 +17,7 @@ from tubefoot.fea.path import Path as SolvedPath
 from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.recorder import Progress, Recorder, SolveResult, record, stress_shares
 from tubefoot.fea.seam import Seam, seam_rows
+from tubefoot.fea.step import Step
 from tubefoot.fea.timeline import TimedStep, Timeline
 from tubefoot.records import Run
 

@@ -11,13 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from tubefoot.errors import ConfigError
-from tubefoot.fea.equilibrium import Step
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import FloatArray, Stresses
 from tubefoot.fea.path import StepControl, follow
 from tubefoot.fea.recorder import Progress, SolveResult, record, stress_shares
 from tubefoot.fea.solid_part import PartModel, SolidPart, build_part
+from tubefoot.fea.step import Step
 from tubefoot.records import Run
 from tubefoot.units import ML
 

@@ -19,11 +19,12 @@ import numpy as np
 
 from tubefoot.errors import ConvergenceError
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Step, StepFailed
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, value_of
 from tubefoot.fea.memory import Memory
 from tubefoot.fea.path import Observer, Path
+from tubefoot.fea.step import Step, StepFailed
 
 MOST_CUTS = 8
 """How often a step may be halved before the solve is given up."""

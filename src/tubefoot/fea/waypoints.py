@@ -13,9 +13,10 @@ from math import ceil
 
 from tubefoot.errors import ConvergenceError
 from tubefoot.fea.drive import Control
-from tubefoot.fea.equilibrium import Model, Step, StepFailed
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.path import EASY, Path
+from tubefoot.fea.step import Step, StepFailed
 
 Observer = Callable[[Step, float], str | None]
 

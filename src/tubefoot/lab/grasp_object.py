@@ -9,7 +9,7 @@ fingers.
 from __future__ import annotations
 
 from importlib import resources
-from math import pi
+from math import inf, isinf, pi
 from pathlib import Path
 from typing import Literal
 
@@ -80,7 +80,7 @@ class GraspObject(Settings):
     friction: float = Field(default=0.5, gt=0, le=3)
     """coefficient against the finger; unknown for food on elastomer, so assumed"""
     contact_radius_mm: float | None = Field(default=None, gt=0, le=1000)
-    """radius of curvature where a finger touches; half the width if not given, flat for a box"""
+    """radius of curvature where a finger touches; that of the shape if not given, flat for a box"""
     deformable: bool = True
     """whether the virtual bench lets a box deform as a body; other shapes yield where they are touched"""
     damage: DamageBounds
@@ -146,36 +146,42 @@ class GraspObject(Settings):
         _, y, z = self.sizes(pose)
         if self.shape == "box":
             return y * z
-        standing = self.shape == "cylinder" and (pose == "front" or self.side_axis == "z")
-        return y * z if standing else pi / 4 * y * z
+        return y * z if self._stands(pose) else pi / 4 * y * z
 
     def firmness(self, pose: Pose) -> float:
         """Force over shortening between two plates [N/mm].
 
         pose : front or side
 
-        Without a measured one: E A / L of a box; else that of Hertz's law at a shortening of a tenth.
+        Without a measured one: E A / L between flat faces; else that of Hertz's law at a shortening of a
+        tenth.
         """
         if self.firmness_n_per_mm is not None:
             return self.firmness_n_per_mm
-        width = self.sizes(pose)[0]
-        if self.shape == "box":
+        width, radius = self.sizes(pose)[0], self.radius(pose)
+        if self.shape == "box" or isinf(radius):
             return self.modulus * self.face_area(pose) / width
         plane = self.modulus / (1.0 - self.poisson**2)
-        radius, at_contact = self.radius(pose), 0.05 * width
+        at_contact = 0.05 * width
         return 4.0 / 3.0 * plane * radius**0.5 * at_contact**1.5 / (2.0 * at_contact)
 
     def radius(self, pose: Pose) -> float:
-        """Radius of curvature where a finger touches [mm]; infinite for a box.
+        """Radius of curvature where a finger touches [mm]; infinite for a box and the ends of a cylinder.
 
         pose : front or side
+
+        Of an ellipsoid the geometric mean of both; of a cylinder's side that across its axis.
         """
         if self.contact_radius_mm is not None:
             return self.contact_radius_mm
-        if self.shape == "box":
-            return float("inf")
         x, y, z = self.sizes(pose)
-        return (y * z) / (2.0 * x)
+        if self.shape == "cylinder":
+            return 0.5 * y if self._stands(pose) else inf
+        return inf if self.shape == "box" else (y * z) / (2.0 * x)
+
+    def _stands(self, pose: Pose) -> bool:
+        """Whether it is a cylinder whose side is touched, not its ends."""
+        return self.shape == "cylinder" and (pose == "front" or self.side_axis == "z")
 
 
 def known_object(name: str) -> GraspObject:

@@ -16,12 +16,13 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.drive import Control, Drive
 from tubefoot.fea.elements import element_kind
-from tubefoot.fea.equilibrium import Model, Step
+from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger
 from tubefoot.fea.finger_model import HALF, SolveSettings, build_finger, contact_walls
 from tubefoot.fea.items import State
 from tubefoot.fea.measures import SectionRotation
 from tubefoot.fea.mesh import FacetSet, Mesh
+from tubefoot.fea.step import Step
 from tubefoot.fea.traction import Traction
 
 FloatArray = NDArray[np.float64]

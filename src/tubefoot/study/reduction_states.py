@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from tubefoot import __version__
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError, ConvergenceError
-from tubefoot.fea.equilibrium import StepFailed
 from tubefoot.fea.items import State
+from tubefoot.fea.step import StepFailed
 from tubefoot.records import write_json, write_whole
 from tubefoot.study.loaded_finger import Asked, LoadedFinger, UnitState
 from tubefoot.study.reduction_plan import Branch, Reach
