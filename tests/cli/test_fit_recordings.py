@@ -5,10 +5,11 @@ import tomllib
 
 import numpy as np
 import pytest
-from tests.validation.lean_records import cyclic_pulses, known_values, made_record
+from tests.validation.lean_records import CONTENT, cyclic_pulses, known_values, made_record
 
 from tubefoot.cli.main import app
 from tubefoot.errors import ConfigError
+from tubefoot.units import KPA
 
 MAP = """
 separator = ";"
@@ -50,7 +51,7 @@ def test_a_foreign_table_is_fitted(tmp_path, capsys):
     (tmp_path / "map.toml").write_text(MAP)
     out = tmp_path / "out"
     options = ["--columns", str(tmp_path / "map.toml"), "--sobol-samples", "0", "--out", str(out)]
-    app(["fit", str(tmp_path / "bench.csv"), *options])
+    app(["fit", str(tmp_path / "bench.csv"), "--tilt-deg", "90", *options])
     said = capsys.readouterr().out
     assert "main cause: relaxation; seam as main cause: refuted" in said
     fitted = tomllib.loads((out / "fitted.toml").read_text())["shared"]
@@ -60,6 +61,10 @@ def test_a_foreign_table_is_fitted(tmp_path, capsys):
     assert sum(record["shapley"]["bend_deg"].values()) == pytest.approx(
         record["offset"]["bend_deg"], abs=1e-6
     )
+    # Lying in a level plane the ideal finger feels no weight; standing it would bend 0.6 % further.
+    pressures = np.array([30.0, record["ideal"]["pressure_left_kpa"]]) * KPA
+    level = CONTENT.to_finger().with_units(3).free_bending(pressures).bend
+    assert record["ideal"]["bend_deg"] == pytest.approx(np.degrees(level), rel=1e-3)
     for name in ("fit.json", "windows.csv", "attribution.csv", "decisive.csv", "run.toml"):
         assert (out / name).exists(), name
     for name in ("fit", "learnt", "attribution"):

@@ -2,7 +2,8 @@
 
 Both are pumped up in pulses by the lean bench and read half a second after each, as the paper does. The
 offsets are those of claim C9: angle and suction pressure at one pressure of the right branch, less those of
-the ideal finger (no seam, elastic wall of nominal stiffness, no air, no losses). A cause counts by what it
+the ideal finger (no seam, elastic wall of nominal stiffness, no air, no losses; of the same weight, tilted
+alike). A cause counts by what it
 changes when it is switched on first (alone), when it is switched off last (all others on), and by the mean
 over all orders (Shapley): these shares add up to the whole offset.
 """
@@ -17,7 +18,6 @@ from math import factorial
 import numpy as np
 
 from tubefoot.errors import ConvergenceError
-from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import DECADES_PER_K, NO_RELAXATION, Prony
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.units import DEG, KPA, ML
@@ -102,20 +102,20 @@ class Attribution:
 
 def attribute(
     values: Mapping[str, float],
-    finger: ReducedFinger,
+    bench: LeanBench,
     relaxation: Prony,
     top: float = TOP,
     settle: float = SETTLE_S,
 ) -> Attribution:
     """What each cause does to angle and suction pressure.
 
-    values : of all unknowns, fitted (`BenchFit.values`) or known (`values_of`); finger : with its units, at
-        scale one; relaxation : of its wall at 23 degC; top : pressure of the right branch [MPa]
+    values : of all unknowns, fitted (`BenchFit.values`) or known (`values_of`)
+    bench : with the finger at scale one; relaxation : of its wall at 23 degC
+    top : pressure of the right branch [MPa]
     settle : from the end of a pulse to its reading, half a second in the paper [s]
 
     Raises ConvergenceError when the top pressure is not reached above absolute vacuum.
     """
-    bench = LeanBench(finger)
     names = tuple(CAUSES)
     met: dict[frozenset[str], np.ndarray] = {}
     for size in range(len(names) + 1):

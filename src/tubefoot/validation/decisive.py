@@ -12,12 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.reduced.finger import ReducedFinger
-from tubefoot.reduced.relaxation import Prony
 from tubefoot.validation.attribution import TOP, state_at
 from tubefoot.validation.bench_fit import BenchFit
 from tubefoot.validation.fit_problem import FitProblem
-from tubefoot.validation.lean_bench import LeanBench
 
 FloatArray = NDArray[np.float64]
 
@@ -39,18 +36,16 @@ MEASUREMENTS: dict[str, tuple[dict[str, float], ...]] = {
 """Rows in the logarithms (bubbles in ml) of the unknowns; `seam*` is the logarithm of 1 + seam."""
 
 
-def decisive_rows(
-    problem: FitProblem, fit: BenchFit, finger: ReducedFinger, relaxation: Prony, top: float = TOP
-) -> list[dict[str, Any]]:
+def decisive_rows(problem: FitProblem, fit: BenchFit, top: float = TOP) -> list[dict[str, Any]]:
     """Rows of decisive.csv: standard deviations of seam, scale and of the seam's effect with each
     measurement.
 
-    problem, fit : of the recordings; finger : with its units; relaxation : of its wall
+    problem, fit : of the recordings; the measurements are made on the first one's finger
     top : pressure of the right branch at which the effect is taken [MPa]
     """
     names = [unknown.name for unknown, _ in problem.columns]
     values = fit.values(problem.observations[0].name)
-    slope = _effect_slope(problem, values, LeanBench(finger), relaxation, top)
+    slope = _effect_slope(problem, values, top)
     information = np.linalg.inv(fit.covariance)
     rows = []
     for what, measured in {"recordings alone": (), **MEASUREMENTS}.items():
@@ -61,7 +56,7 @@ def decisive_rows(
                 if key == "seam*":
                     line[names.index("seam")] = weight / (1.0 + values["seam"])
                 elif key in names:
-                    line[[k for k, name in enumerate(names) if name == key]] = weight
+                    line[names.index(key)] = weight
             more += np.outer(line, line)
         covariance = np.linalg.inv(more)
         rows.append(
@@ -75,10 +70,9 @@ def decisive_rows(
     return rows
 
 
-def _effect_slope(
-    problem: FitProblem, values: Mapping[str, float], bench: LeanBench, relaxation: Prony, top: float
-) -> FloatArray:
+def _effect_slope(problem: FitProblem, values: Mapping[str, float], top: float) -> FloatArray:
     """Derivatives of the seam's effect on the angle [deg] by the inner unknowns, (p,)."""
+    bench, relaxation = problem.benches[0], problem.relaxation
 
     def effect(of: Mapping[str, float]) -> float:
         with_seam = state_at(of, bench, relaxation, top).in_units()[0]

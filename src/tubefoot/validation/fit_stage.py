@@ -128,12 +128,12 @@ def fit_recordings(
     say(f"{sum(each.count for each in observations)} windows, {len(problem.columns)} unknowns")
     fit = fit_bench(problem, say)
     values = fit.values(observations[0].name)
-    of_units = finger.with_units(observations[0].units)
+    bench = problem.benches[0]
     predictions = tuple(predict(fit, problem, record) for record in held_out)
     attribution, decisive = None, []
     try:
-        attribution = attribute(values, of_units, relaxation, settings.top_kpa * KPA)
-        decisive = decisive_rows(problem, fit, of_units, relaxation, settings.top_kpa * KPA)
+        attribution = attribute(values, bench, relaxation, settings.top_kpa * KPA)
+        decisive = decisive_rows(problem, fit, settings.top_kpa * KPA)
     except ConvergenceError as error:
         say(f"no attribution at {settings.top_kpa:g} kPa: {error}")
     profiles = {name: _profile(problem, fit, name, say) for name in settings.profile}
@@ -148,7 +148,7 @@ def fit_recordings(
         write_table(directory / "decisive.csv", decisive)
     if settings.sobol_samples:
         rows = sobol_rows(
-            of_units, relaxation, settings.sobol_samples, settings.seed, settings.top_kpa * KPA, say
+            bench, relaxation, settings.sobol_samples, settings.seed, settings.top_kpa * KPA, say
         )
         write_table(directory / "sobol.csv", rows)
     return FitResult(fit, problem, attribution, predictions, decisive)

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConvergenceError
-from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import Prony
 from tubefoot.twin.population import SPREADS
 from tubefoot.validation.attribution import QUANTITIES, TOP, state_at
@@ -43,7 +42,7 @@ REFERENCE_UNITS = 12
 
 
 def sobol_rows(
-    finger: ReducedFinger,
+    bench: LeanBench,
     relaxation: Prony,
     samples: int = 64,
     seed: int = 0,
@@ -52,7 +51,7 @@ def sobol_rows(
 ) -> list[dict[str, Any]]:
     """Rows of sobol.csv: quantity, unknown, first-order and total index with 95 % confidence.
 
-    finger : with its units, at scale one; relaxation : of its wall; samples : a power of two; seed : of the
+    bench : with the finger at scale one; relaxation : of its wall; samples : a power of two; seed : of the
         sampling; top : pressure at which offsets are taken [MPa]; say : told how many benches count
 
     A bench that does not reach the top pressure above vacuum is given the mean of all others.
@@ -60,11 +59,11 @@ def sobol_rows(
     from SALib.analyze import sobol as analyse
     from SALib.sample import sobol as sample
 
-    names, bounds = _ranges(finger.n_units)
+    names, bounds = _ranges(bench.n_units)
     problem = {"num_vars": len(names), "names": names, "bounds": np.log(bounds).tolist()}
     points = np.exp(sample.sample(problem, samples, calc_second_order=False, seed=seed))
     base = {unknown.name: unknown.outer(unknown.middle) for unknown in UNKNOWNS}
-    bench, found = LeanBench(finger), np.full((len(points), len(QUANTITIES)), np.nan)
+    found = np.full((len(points), len(QUANTITIES)), np.nan)
     for k, point in enumerate(points):
         values = base | dict(zip(names, map(float, point), strict=True))
         try:
