@@ -77,9 +77,20 @@ def test_contact_before_anything_is_learnt_still_tells_a_force() -> None:
     assert 0.05 / 3 < sense.force(resting(-300.0, 0.05)) < 0.05 * 3
 
 
-def test_lost_markers_leave_the_pressures() -> None:
+def test_lost_markers_report_nothing() -> None:
     """Without theta1 and theta2 nothing is reported from nothing, and nothing raised."""
     sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))
     nan = float("nan")
     for n in range(6):
         assert not sense.observe(Pause(nan, nan, (n - 6) * 3 * DEG, n * 10 * KPA))
+
+
+def test_contact_is_found_after_a_pause_with_lost_markers() -> None:
+    """What free bending is like stays known, and the next pause is compared with the last one seen."""
+    nan = float("nan")
+    sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))
+    for n, force in enumerate([0.0] * 8 + [0.01, 0.02, 0.03]):
+        pause = resting(-600.0 + 60.0 * n, force)
+        sense.observe(Pause(nan, nan, pause.bend, pause.pressure) if n in (5, 7) else pause)
+    assert sense.touching
+    assert sense.force(resting(0.0, 0.05)) == pytest.approx(0.05, rel=0.2)

@@ -25,6 +25,7 @@ class Springs:
         self.requests: list[str] = []
         self.pulses: list[tuple[int, int]] = []
         self.now = 0.0
+        self.hidden = False
 
     def view(self, pumping: bool = False) -> GripView:
         """What is seen now."""
@@ -34,6 +35,8 @@ class Springs:
             theta1 = min(driven / 2, touch / 2)
             pressure = driven * DEG / GAIN
             bend = (theta1 + theta2) * DEG
+            if self.hidden:
+                theta1 = theta2 = float("nan")
             fingers.append(
                 FingerView(self.now, bend, theta1 * DEG, theta2 * DEG, (pressure / 2, -pressure / 2))
             )
@@ -140,3 +143,26 @@ def test_goal_of_the_grip() -> None:
     assert goal.needed == pytest.approx(tofu.weight / 0.8)
     assert goal.force == pytest.approx(GraspSettings().grip.safety * goal.needed)
     assert goal.most == pytest.approx(0.5 * min(2.88e-3 * 300, 0.1 * 20 * tofu.firmness("front")))
+
+
+@pytest.mark.parametrize("phase", ["close", "grip"])
+def test_no_inward_pulse_while_markers_are_hidden(phase: str) -> None:
+    protocol, springs = protocol_of(), Springs()
+    while protocol.phase != phase:
+        springs.run(protocol, springs.now + 0.01)
+    before = list(springs.pulses)
+    springs.hidden = True
+    springs.run(protocol)
+    assert springs.pulses == before
+    assert protocol.outcome.reason.startswith("link lost")
+    assert protocol.settings.patience_s < springs.now < protocol.settings.patience_s + 30.0
+
+
+def test_goal_of_an_object_known_by_its_tension_alone() -> None:
+    """No force on the whole object follows from it: friction alone sets the goal."""
+    tofu = known_object("tofu")
+    bounds = tofu.damage.model_copy(update={"compression_share": None, "compression_kpa": None})
+    bounds = bounds.model_copy(update={"contact_force_n": None})
+    goal = GripGoal.of(tofu.model_copy(update={"damage": bounds}), "front", GraspSettings().grip)
+    assert goal.most == float("inf")
+    assert goal.within_bounds

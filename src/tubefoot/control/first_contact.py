@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -52,6 +53,11 @@ class Pause:
     theta2: float
     bend: float
     pressure: float
+
+    @property
+    def known(self) -> bool:
+        """Whether both halves and the bend were seen."""
+        return isfinite(self.theta1 + self.theta2 + self.bend)
 
 
 @dataclass(frozen=True)
@@ -106,8 +112,11 @@ class ContactSense:
     def observe(self, pause: Pause) -> bool:
         """Whether the finger touches, with one more pause seen.
 
-        pause : after an inward pulse, or before the first one
+        pause : after an inward pulse, or before the first one; one in which markers were lost tells nothing,
+            the next is compared with the last one known
         """
+        if not pause.known:
+            return self.touching
         last, self._last = self._last, pause
         if last is None or self.touching:
             return self.touching
@@ -127,7 +136,7 @@ class ContactSense:
     def force(self, pause: Pause) -> float:
         """Estimated contact force [N], never negative; 0 before contact.
 
-        pause : the newest
+        pause : the newest, its angles known
         """
         if not self.touching or self._from is None:
             return 0.0
@@ -140,7 +149,7 @@ class ContactSense:
         sums = np.array(list(self._free) or [(0.0, 0.0, 0.0, 0.0)]).sum(axis=0)
         ratio = (sums[0] + RATIO_PRIOR * RATIO_WEIGHT) / (sums[1] + RATIO_WEIGHT)
         ratio = float(np.clip(ratio, *RATIO_RANGE))
-        shape = ratio * upper - lower if np.isfinite(lower + upper) else 0.0
+        shape = ratio * upper - lower
         known = len(self._free) >= 2 and sums[3] > LEAST_PRESSURE and sums[2] > LEAST_TURN
         if not known:
             return shape, 0.0

@@ -90,6 +90,8 @@ class GraspProtocol:
             pause = self.settings.pulses.pause_s if self._count else JUDGED_S
             if view.time < max(self._pulsed_until + pause, self._views[0].time + JUDGED_S):
                 return WAIT
+            if self.phase in ("close", "grip") and not all(pause.known for pause in self._pauses()):
+                return self._blind(view)
             return {"open": self._open, "close": self._close, "grip": self._grip, "let go": self._let_go}[
                 self.phase
             ]()
@@ -203,7 +205,7 @@ class GraspProtocol:
         if self.phase == "settle" and view.time >= self._since + SETTLE_S:
             if self.settings.grip.release == "contact" and not self.outcome.grip_pulses:
                 self.phase, self._count = "grip", 0
-                return self._grip()
+                return WAIT
             self.phase, self._since = "hold", view.time
         elif self.phase == "hold" and view.time >= self._since + self.settings.test.hold_s:
             return self._ask("lift")
@@ -211,6 +213,15 @@ class GraspProtocol:
             return Decision(request="shake")
         elif self.phase == "lower":
             return Decision(request="lower")
+        return WAIT
+
+    def _blind(self, view: GripView) -> Decision:
+        """No pulse without the angles that tell contact and force; give up in the end."""
+        if view.time - self._views[0].time > self.settings.patience_s:
+            self.give_up(
+                f"link lost: the turn of a finger's halves was not seen for {self.settings.patience_s:g} s; "
+                "look for markers that are hidden"
+            )
         return WAIT
 
     # ---- tools ---------------------------------------------------------------------------------------------

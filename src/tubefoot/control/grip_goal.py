@@ -7,6 +7,7 @@ least of its bounds turned into a force of one finger.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 from tubefoot.control.grasp_settings import GraspSettings, GripSettings
 from tubefoot.lab.grasp_object import GraspObject, Pose
@@ -17,7 +18,7 @@ from tubefoot.units import KPA
 class GripGoal:
     """Forces of one finger.
 
-    force : to be reached [N]; most : not to be exceeded [N]
+    force : to be reached [N]; most : not to be exceeded, infinite where only tension is bounded [N]
     needed : that friction needs without a margin [N]
     """
 
@@ -38,7 +39,8 @@ class GripGoal:
         """
         needed = what.weight / (2.0 * settings.friction_min)
         bearable = [bound for bound in bearable_forces(what, pose).values() if bound is not None]
-        return cls(settings.safety * needed, settings.damage_share * min(bearable), needed)
+        most = settings.damage_share * min(bearable, default=inf)
+        return cls(settings.safety * needed, most, needed)
 
 
 def bearable_forces(what: GraspObject, pose: Pose) -> dict[str, float | None]:
