@@ -1,6 +1,10 @@
 """The gripper's bench: one clock for two boards, one pump for both fingers, and the whole chain with the
 firmware."""
 
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -9,14 +13,20 @@ from tubefoot.control.first_contact import grip_lever
 from tubefoot.control.grasp_loop import GraspLoop
 from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_settings import GraspSettings, TrialSettings
+from tubefoot.errors import ConfigError
 from tubefoot.lab.grasp_object import known_object
 from tubefoot.lab.settings import RigSettings
+from tubefoot.records import write_table
 from tubefoot.reduced.files import reference_file
+from tubefoot.report.grasping import draw_grasp
 from tubefoot.twin.bench_settings import BenchSettings, BranchMake, FingerMake
 from tubefoot.twin.gripper_bench import GripperBench
+from tubefoot.twin.gripper_hands import SimulatedHands
 from tubefoot.twin.gripper_scene import GripperMake
 from tubefoot.twin.held_object import HeldObject
 from tubefoot.units import DEG, ML
+from tubefoot.vision.angles import AngleSource
+from tubefoot.vision.finger import FingerReading
 
 BERRY = known_object("blueberry")
 FINGER = reference_file().to_finger()
@@ -79,6 +89,50 @@ def test_boards_share_the_clock_and_liquid_is_kept() -> None:
 def test_same_seed_same_run() -> None:
     assert pulsed(bench_of(seed=3), (0, 1)) == pulsed(bench_of(seed=3), (0, 1))
     assert pulsed(bench_of(seed=3), (0, 1)) != pulsed(bench_of(seed=4), (0, 1))
+
+
+class LateAngles:
+    """Angles whose markers are hidden at first; the loop's other calls go to the source."""
+
+    def __init__(self, source: AngleSource):
+        self._source, self._hidden = source, 20
+
+    def read(self) -> FingerReading:
+        """A reading, without angles in the first 20 frames."""
+        reading = self._source.read()
+        self._hidden -= 1
+        return reading if self._hidden < 0 else replace(reading, bend=np.nan, theta1=np.nan, theta2=np.nan)
+
+
+def test_markers_hidden_at_first_are_waited_for(tmp_path: Path) -> None:
+    """No pulse until they are seen; and a trace without any angle can be drawn."""
+    protocol = GraspProtocol(BERRY, "front", FINGER, grip_lever(FINGER, 70.0))
+    with bench_of() as bench:
+        for rig in bench.rigs:
+            rig.connect()
+        for source in bench.angles:
+            source.open()
+
+        def watch(row: dict[str, Any]) -> None:
+            if protocol.phase == "done" or row["command"] == "pulse":
+                raise KeyboardInterrupt
+
+        late: list[Any] = [LateAngles(source) for source in bench.angles]
+        hands = SimulatedHands(bench, 70.0)
+        loop = GraspLoop(bench.rigs, late, hands, watch)
+        loop.run(protocol)
+    assert protocol.outcome.reason.startswith("interrupted")
+    blind = [row for row in loop.rows if not np.isfinite(row["bend_right_deg"])]
+    assert len(blind) >= 19
+    assert {row["command"] for row in blind} == {"wait"}
+    assert loop.rows[-1]["command"] == "pulse"
+    write_table(tmp_path / "grasp.csv", blind)
+    assert len(draw_grasp(tmp_path)) == 3
+
+
+def test_number_of_units_is_refused_where_it_would_not_be_read() -> None:
+    with pytest.raises(ConfigError, match="units = 6"):
+        bench_of(make=BenchSettings(finger=FingerMake(units=6)))
 
 
 @pytest.mark.slow

@@ -146,7 +146,8 @@ class GraspLoop:
         self._guard(samples, guards)
         view = self._view(samples, now)
         blind = [side for side, finger in zip(SIDES, view.fingers, strict=True) if now - finger.seen_at > 0.5]
-        if blind and now - min(finger.seen_at for finger in view.fingers) > protocol.settings.patience_s:
+        seen = max(self._began, min(finger.seen_at for finger in view.fingers))
+        if blind and now - seen > protocol.settings.patience_s:
             raise LinkError(
                 f"the {blind[0]} finger's markers were not seen for {protocol.settings.patience_s:g} s"
             )

@@ -8,16 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from tubefoot.records import read_table
+from tubefoot.report.bending import column
 from tubefoot.report.look import COLOURS, Picture, save, styled
 from tubefoot.report.runs import read_json
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-FloatArray = NDArray[np.float64]
 
 SIDES = ("right", "left")
 LINES = {"right": "-", "left": "--"}
@@ -25,6 +23,8 @@ SHADES = {"close": "#eef4fa", "grip": "#fdeee3", "hold": "#e9f6ef", "lift": "#f6
 """Background of the phases that are told apart."""
 CURVED_SHARE = 0.25
 """theta2 over theta1 below minus which a contact counts as curved, as in `control/contact_type.py`."""
+LEAST_REACH_DEG = 1.0
+"""Of the plane either way, also where no angle was seen [deg]."""
 
 
 def draw_grasp(directory: Path) -> list[Picture]:
@@ -50,11 +50,11 @@ def _angles(directory: Path, rows: list[dict[str, Any]], name: str) -> Picture:
     with styled():
         canvas, axes = pyplot.subplots(figsize=(6.4, 3.2), layout="constrained")
         _shade(axes, rows)
-        time = _column(rows, "time_s")
+        time = column(rows, "time_s")
         for colour, angle in zip(COLOURS, ("theta1", "theta2"), strict=False):
             for side in SIDES:
                 label = f"{angle} {side}"
-                axes.plot(time, _column(rows, f"{angle}_{side}_deg"), LINES[side], color=colour, label=label)
+                axes.plot(time, column(rows, f"{angle}_{side}_deg"), LINES[side], color=colour, label=label)
         axes.axhline(0.0, color="#9a9a9a", linewidth=0.7, zorder=0.5)
         axes.set_xlabel("bench time [s]")
         axes.set_ylabel("angle, inward positive [deg]")
@@ -62,8 +62,7 @@ def _angles(directory: Path, rows: list[dict[str, Any]], name: str) -> Picture:
         png, svg = save(canvas, directory, "angles", vector=True)
     caption = (
         f"{name}: turn of the centreline over the lower (theta1) and the upper half (theta2) of both "
-        "fingers, in the "
-        "phases of the grasp."
+        "fingers, in the phases of the grasp."
     )
     return Picture("grasp-angles", "Two angles during a grasp", caption, png, svg)
 
@@ -73,9 +72,9 @@ def _plane(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any],
 
     with styled():
         canvas, axes = pyplot.subplots(figsize=(4.6, 4.2), layout="constrained")
-        theta1 = np.mean([_column(rows, f"theta1_{side}_deg") for side in SIDES], axis=0)
-        theta2 = np.mean([_column(rows, f"theta2_{side}_deg") for side in SIDES], axis=0)
-        reach = 1.1 * float(np.nanmax(np.abs([theta1, theta2])))
+        theta1 = np.mean([column(rows, f"theta1_{side}_deg") for side in SIDES], axis=0)
+        theta2 = np.mean([column(rows, f"theta2_{side}_deg") for side in SIDES], axis=0)
+        reach = 1.1 * float(np.nanmax(np.abs([theta1, theta2]), initial=LEAST_REACH_DEG))
         across = np.array([-reach, 0.0])
         axes.fill_between(across, -CURVED_SHARE * across, reach, color="#fdeee3", linewidth=0)
         axes.fill_between(-across, -reach, CURVED_SHARE * across, color="#fdeee3", linewidth=0)
@@ -99,8 +98,7 @@ def _plane(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any],
         png, svg = save(canvas, directory, "plane", vector=True)
     caption = (
         f"{name}: the path of (theta1, theta2), mean of both fingers; square: contact sure, star: end of "
-        "the hold. theta2 "
-        "grows with every pulse: the sign belongs to a grip level, not to the shape alone."
+        "the hold. theta2 grows with every pulse: the sign belongs to a grip level, not to the shape alone."
     )
     return Picture("grasp-plane", "Plane of the two angles", caption, png, svg)
 
@@ -110,17 +108,17 @@ def _forces(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any]
 
     with styled():
         canvas, panels = pyplot.subplots(2, 1, figsize=(6.4, 4.6), sharex=True, layout="constrained")
-        time = _column(rows, "time_s")
+        time = column(rows, "time_s")
         for panel in panels:
             _shade(panel, rows)
         for side in SIDES:
             if f"true_force_{side}_n" in rows[0]:
-                force = _column(rows, f"true_force_{side}_n")
+                force = column(rows, f"true_force_{side}_n")
                 panels[0].plot(time, force, LINES[side], color=COLOURS[2], label=f"{side}, of the twin")
-            force = _column(rows, f"force_{side}_n")
+            force = column(rows, f"force_{side}_n")
             panels[0].plot(time, force, LINES[side], color=COLOURS[1], label=f"{side}, estimated")
-            panels[1].plot(time, _column(rows, f"pressure_in_{side}_kpa"), LINES[side], color=COLOURS[0])
-            panels[1].plot(time, _column(rows, f"pressure_out_{side}_kpa"), LINES[side], color=COLOURS[3])
+            panels[1].plot(time, column(rows, f"pressure_in_{side}_kpa"), LINES[side], color=COLOURS[0])
+            panels[1].plot(time, column(rows, f"pressure_out_{side}_kpa"), LINES[side], color=COLOURS[3])
         if summary.get("grip_force_goal_n") is not None:
             panels[0].axhline(summary["grip_force_goal_n"], color="#777777", linewidth=0.9, label="goal")
         panels[0].set_ylabel("normal force [N]")
@@ -130,8 +128,7 @@ def _forces(directory: Path, rows: list[dict[str, Any]], summary: dict[str, Any]
         png, svg = save(canvas, directory, "forces", vector=True)
     caption = (
         f"{name}: normal force of each finger, as the protocol estimates it from angles and pressures "
-        "and, on the virtual "
-        "gripper, as it is; gauge pressures of the branches."
+        "and, on the virtual gripper, as it is; gauge pressures of the branches."
     )
     return Picture("grasp-forces", "Forces and pressures of a grasp", caption, png, svg)
 
@@ -167,9 +164,3 @@ def _shade(axes: Axes, rows: list[dict[str, Any]]) -> None:
                     rows[start]["time_s"], rows[index - 1]["time_s"], color=shade, linewidth=0, zorder=0
                 )
             start = index
-
-
-def _column(rows: list[dict[str, Any]], name: str) -> FloatArray:
-    return np.array(
-        [row[name] if isinstance(row[name], float | int) else np.nan for row in rows], dtype=float
-    )

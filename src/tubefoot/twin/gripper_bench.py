@@ -222,6 +222,8 @@ def _gripper(settings: tuple[BenchSettings, BenchSettings], make: GripperMake, h
         finger = bench.finger
         if finger.law != "chain":
             raise ConfigError(f"a gripper's finger needs law = chain, not {finger.law}")
+        if finger.units is not None:
+            raise ConfigError(f"units = {finger.units}: a gripper's finger has its model's; leave it out")
         content = read_reduced(finger.model) if finger.model else reference_file()
         laws.append(content.to_finger().with_scale(finger.stiffness))
         memories.append(content.to_prony() if finger.creep else NO_RELAXATION)
