@@ -37,6 +37,12 @@ def test_two_rigs_need_two_ports(tmp_path: Path) -> None:
         grasp("tofu", port=["/dev/ttyACM0", "/dev/ttyACM0"], out=tmp_path)
 
 
+def test_three_sources_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigError, match="3 sources: give one for each finger"):
+        grasp("tofu", source=["0", "1", "2"], camera=[tmp_path, tmp_path], out=tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 def test_unequal_gaps_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "gripper.toml"
     file.write_text("finger_gap_mm = 20\n")
@@ -67,6 +73,14 @@ def test_a_person_is_asked_what_nobody_measures() -> None:
     hands.release()
     assert hands.verdict() == {"held": True, "slip_mm": 0.4, "damage_seen": False}
     assert "between the fingers" in asked[0]
+
+
+@pytest.mark.parametrize("slip", ["", "nan", "much"])
+def test_a_slip_that_is_no_number_is_not_measured(slip: str) -> None:
+    answers = iter(["", "y", slip, "n"])
+    hands = PersonHands(lambda prompt: next(answers))
+    hands.release()
+    assert hands.verdict()["slip_mm"] is None
 
 
 def test_verdict_sentence_names_the_bound_that_is_broken() -> None:

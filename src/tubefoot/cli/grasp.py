@@ -140,6 +140,8 @@ def _real(
             "--camera is needed twice: the camera.toml of the right and of the left finger, from `tubefoot "
             "calibrate-camera`; or use --sim"
         )
+    if len(sources) > 2:
+        raise ConfigError(f"{len(sources)} sources: give one for each finger, or one that sees both")
     run = Run(out, "grasp", _resolved(thing, pose, settings, rigs, None))
     recordings = _recordings(run.directory, len(rigs))
     stage = real_grasp(rigs, sources, cameras, layout, recordings)
@@ -192,8 +194,7 @@ def _virtual(
     if make.finger_gap_mm != settings.gap_mm:
         raise ConfigError(
             f"the virtual gripper's finger_gap_mm is {make.finger_gap_mm:g}, but gap_mm of the grasp "
-            "settings is "
-            f"{settings.gap_mm:g}; make them equal"
+            f"settings is {settings.gap_mm:g}; make them equal"
         )
     if not 0.0 < friction <= 3.0:
         raise ConfigError(f"friction {friction:g}: allowed are values above 0 up to 3")

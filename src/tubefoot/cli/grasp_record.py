@@ -131,11 +131,12 @@ def carry_out(
         loop = GraspLoop(opened.rigs, opened.angles, opened.hands, spectator.watch, opened.further)
         loop.run(protocol)
         spectator.close()
+        if loop.rows:
+            write_table(run.path("grasp.csv"), loop.rows)
         verdict = opened.verdict()
     summary = grasp_summary(thing, pose, protocol, loop, verdict, seed)
     write_json(run.path("summary.json"), summary)
     if loop.rows:
-        write_table(run.path("grasp.csv"), loop.rows)
         draw_grasp(run.directory)
     run.finish()
     return summary
