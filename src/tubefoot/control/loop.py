@@ -231,7 +231,7 @@ class BendLoop:
         if isinstance(command, Wait) and command.pressed:
             state.press(now)
         else:
-            state.rest(now)
+            state.rest()
         return command
 
     def _obey(self, command: Command, sample: Reading, motion: Motion, state: MotionState) -> None:

@@ -69,8 +69,8 @@ class MotionState:
             self.pressed_s += now - self.pressed_since
         self.pressed_since = now
 
-    def rest(self, now: float) -> None:
-        """They do not, now [s]."""
+    def rest(self) -> None:
+        """They do not any more."""
         self.pressed_since = math.nan
 
     def extrapolated(self, sample: Reading) -> tuple[float, float]:

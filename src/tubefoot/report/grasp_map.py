@@ -45,9 +45,8 @@ def draw_map(directory: Path) -> Picture:
     name = rows[0]["object"]
     caption = (
         f"{name}: both angles of grips at rest over the normal force, front (full) and side (dashed), for "
-        "sizes and "
-        "heights of the object. theta1 says how wide the object is, theta2 how firm the grip; its sign "
-        "changes."
+        "sizes and heights of the object. theta1 says how wide the object is, theta2 how firm the grip; its "
+        "sign changes."
     )
     return Picture("grasp-map", "Two angles over grip level, size and place", caption, png, svg)
 

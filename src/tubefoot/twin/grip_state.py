@@ -86,14 +86,6 @@ def grip_states(
     return states
 
 
-def hold_state(what: GraspObject, pose: Pose, pumped_ml: float, height_mm: float = 70.0) -> GripState:
-    """One state, see `grip_states`.
-
-    what : the object; pose : front or side; pumped_ml : of each finger [ml]; height_mm : of the object
-    """
-    return grip_states(what, pose, [pumped_ml], height_mm)[0]
-
-
 def _pump(gripper: Gripper, before: float, after: float) -> None:
     moved, rested = round(MOVED_S / TIME_STEP_S), round(RESTED_S / TIME_STEP_S)
     course = np.concatenate([np.linspace(before, after, moved + 1)[1:], np.full(rested, after)])

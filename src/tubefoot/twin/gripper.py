@@ -14,19 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError
-from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import NO_RELAXATION, Prony
 from tubefoot.twin.finger import FingerChain
 from tubefoot.twin.finger_body import METRE
 from tubefoot.twin.finger_response import Volumes
-from tubefoot.twin.gripper_scene import SIDES, TIME_STEP_S, GripperMake, SceneParts, compiled_scene
-from tubefoot.twin.held_object import HeldObject
+from tubefoot.twin.gripper_scene import SIDES, TIME_STEP_S, SceneParts, compiled_scene
 from tubefoot.twin.touch import Touch, TouchReader
 
 FloatArray = NDArray[np.float64]
 
-PARKED = (0.0, 500.0, 70.0)
-"""Where the object waits before it is placed [mm]."""
 TOUCH_N = 1e-3
 """Normal force from which on a finger counts as touching [N]."""
 LOOK_S = 20e-3
@@ -203,11 +199,6 @@ class Gripper:
         self._demand_object()
         self.data.eq_active[0] = 0
 
-    def take_away(self) -> None:
-        """Take the object out of reach."""
-        self.place(PARKED)
-        self._watching = False
-
     @property
     def object_at(self) -> FloatArray:
         """Middle of the object (3,) [mm]."""
@@ -274,11 +265,3 @@ class Gripper:
             self.peak_crest[side] = max(self.peak_crest[side], touch.largest)
             if self.first_touch[side] is None and touch.normal > TOUCH_N:
                 self.first_touch[side] = self.time
-
-
-def gripper_parts(finger: ReducedFinger, make: GripperMake, held: HeldObject | None) -> SceneParts:
-    """Parts of a gripper with two equal fingers.
-
-    finger : both; make : of the gripper; held : the object
-    """
-    return SceneParts((finger, finger), make, held)

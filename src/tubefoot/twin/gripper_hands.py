@@ -151,7 +151,7 @@ class SlipGauge:
     """How far the object has moved on the fingers: two points that touched, one of each body, and their
     distance.
 
-    begun : whether a distance is measured; most : largest so far [mm]
+    most : largest since the begin [mm]
     """
 
     def __init__(self, gripper: Gripper):
@@ -161,13 +161,12 @@ class SlipGauge:
         """
         self._gripper = gripper
         self._pairs: list[tuple[int, int, FloatArray, FloatArray]] = []
-        self.begun = False
         self.most = 0.0
 
     def begin(self) -> None:
         """Mark the points that touch now, on each finger."""
         data = self._gripper.data
-        self._pairs, self.begun, self.most = [], True, 0.0
+        self._pairs, self.most = [], 0.0
         for side in (0, 1):
             found = self._gripper.reader.main_crest(side)
             if found is not None:

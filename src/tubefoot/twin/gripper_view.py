@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from tubefoot.twin.bent_axis import BentAxis
 from tubefoot.twin.finger_body import METRE
 from tubefoot.twin.gripper_bench import SENSES, GripperBench
+from tubefoot.twin.held_object import PLATE_SHARE
 
 FloatArray = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -104,8 +105,8 @@ class GripperView:
         for side, way in (("right", 1.0), ("left", -1.0)):
             body = data.body(f"object_{side}")
             turn = np.array(body.xmat).reshape(3, 3)
-            for up in (way, -way):
-                corner = np.array([way * size[0] / 12.0, 0.0, -up * way * size[2] / 2.0 * way])
+            for up in (-way, way):
+                corner = 0.5 * np.array([way * PLATE_SHARE * size[0], 0.0, up * size[2]])
                 found.append((np.array(body.xpos) * METRE + turn @ corner)[[0, 2]])
         return np.array(found)
 
