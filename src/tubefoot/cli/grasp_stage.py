@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -37,7 +37,6 @@ class GraspStage:
     further: Callable[[], Mapping[str, float]] = dict
     picture: Callable[[str], NDArray[np.uint8]] | None = None
     verdict: Callable[[], dict[str, Any]] = dict
-    recordings: list[Path] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,7 @@ def virtual_grasp(
             virtual.empty,
         )
         view = GripperView(bench)
-        yield GraspStage(bench.rigs, angles, hands, hands.columns, view.draw, hands.verdict, list(recordings))
+        yield GraspStage(bench.rigs, angles, hands, hands.columns, view.draw, hands.verdict)
 
 
 @contextmanager
@@ -177,4 +176,4 @@ def real_grasp(
             source.open()
             stack.callback(source.close)
         hands = PersonHands()
-        yield GraspStage(benches, angles, hands, verdict=hands.verdict, recordings=list(recordings))
+        yield GraspStage(benches, angles, hands, verdict=hands.verdict)

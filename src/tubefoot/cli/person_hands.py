@@ -26,7 +26,7 @@ class PersonHands:
     def release(self) -> float:
         """Ask to let go."""
         self._asked_release = True
-        self._ask("The grip is firm. Let go of the object and press Enter: ")
+        self._ask("Both fingers hold it. Let go of the object and press Enter: ")
         return 0.0
 
     def lift(self) -> float:

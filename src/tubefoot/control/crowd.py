@@ -35,7 +35,7 @@ MIDDLES = np.array(
 2.2 kPa s/ml, 0.8 of the uncalibrated flow, motor's lag 55 ms."""
 SPREADS = np.array([0.42, 0.1, 0.55, 0.55, 0.45, 0.15, 0.15, 0.3, 0.5, 0.1 * DEG])
 """Their standard deviations."""
-LOWEST, HIGHEST = MIDDLES - 4.0 * SPREADS, MIDDLES + 4.0 * SPREADS
+LOWEST, HIGHEST = (MIDDLES - 4.0 * SPREADS)[:, None], (MIDDLES + 4.0 * SPREADS)[:, None]
 """No guess goes beyond."""
 WALKS = np.array([0.01, 0.005, 0.01, 0.01, 0.0, 0.01, 0.01, 0.0, 0.01, 0.1 * DEG])
 """Random walk of each guess, by the root of the time [s]."""
@@ -62,7 +62,7 @@ class Crowd:
         self._chance = np.random.default_rng(20_241)
         drawn = self._chance.standard_normal((UNKNOWN, size))
         drawn -= drawn.mean(axis=1, keepdims=True)
-        self._state = model.at_rest(np.clip(MIDDLES[:, None] + SPREADS[:, None] * drawn, _low(), _high()))
+        self._state = model.at_rest(np.clip(MIDDLES[:, None] + SPREADS[:, None] * drawn, LOWEST, HIGHEST))
         self._time: float | None = None
         self._volume = 0.0
         self._seen: deque[tuple[float, float, float, float]] = deque()
@@ -132,7 +132,7 @@ class Crowd:
         for _ in range(count):
             self._state = self.model.step(self._state, duration / count, sent)
         walks = WALKS[:, None] * np.sqrt(duration) * np.stack([self._even(size) for _ in range(UNKNOWN)])
-        self._state[:UNKNOWN] = np.clip(self._state[:UNKNOWN] + walks, _low(), _high())
+        self._state[:UNKNOWN] = np.clip(self._state[:UNKNOWN] + walks, LOWEST, HIGHEST)
 
     def _even(self, size: int) -> FloatArray:
         """Standard normal numbers whose mean is zero."""
@@ -151,7 +151,7 @@ class Crowd:
             share = 1.0 / (1.0 + np.sqrt(noise / (spread + noise)))
             whole = middle + gains * (value - middle[at]) + apart - share * gains * own
         self._state = whole[: -len(measured)]
-        self._state[:UNKNOWN] = np.clip(self._state[:UNKNOWN], _low(), _high())
+        self._state[:UNKNOWN] = np.clip(self._state[:UNKNOWN], LOWEST, HIGHEST)
 
     # ---- what the rig told ---------------------------------------------------------------------------------
 
@@ -166,11 +166,3 @@ class Crowd:
         times, *columns = zip(*self._seen, strict=True)
         volume, right, left = (float(np.interp(time, times, column)) for column in columns)
         return volume, right, left
-
-
-def _low() -> FloatArray:
-    return LOWEST[:, None]
-
-
-def _high() -> FloatArray:
-    return HIGHEST[:, None]
