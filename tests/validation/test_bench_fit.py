@@ -60,6 +60,9 @@ def test_a_held_out_run_is_predicted(whole):
     found = predict(fit, problem, made_record(values, seed=5, pulses=(tuple(runs), 20.0)))
     assert max(found.right, found.left) < 1.0 * KPA
     assert found.angle < 1.0 * DEG
+    few = (tuple(runs[:2]), 5.0)
+    with pytest.raises(ConfigError, match="2 pulses; a recording that is held out needs 2"):
+        predict(fit, problem, made_record(values, pulses=few))
 
 
 @pytest.mark.slow
@@ -122,6 +125,8 @@ def test_a_recording_without_units_or_pauses_is_refused():
         observe(replace(record, units=None))
     with pytest.raises(ConfigError, match="pauses of half a second"):
         observe(record, until=record.pulses[2].start)
+    with pytest.raises(ConfigError, match="no pulse ends before"):
+        observe(replace(record, time=record.time[:205]))
 
 
 @pytest.mark.slow

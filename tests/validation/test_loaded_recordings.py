@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from made_recordings import PAUSE_S, STEPS, program, raw_series, record
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.loading import prepared
+from tubefoot.validation.loading import distinct_names, prepared
 from tubefoot.validation.settled import creeping_states, last_rest, settled_states, standard_error
 
 
@@ -56,10 +57,24 @@ def test_a_recording_that_begins_with_the_pump_running_is_refused():
         prepared(cut, "cut")
 
 
+def test_recordings_get_distinct_names():
+    same = (Path("x/a/bench.mcap"), Path("y/a/bench.mcap"))
+    assert distinct_names(same) == ["a-1", "a-2"]
+
+
 def test_a_recording_without_pulses_is_refused():
     raw = raw_series(cycles=1, top_kpa=0.0)
     with pytest.raises(ConfigError, match="no pulse of the pump"):
         prepared(replace(raw, pulses=(), drive=np.full(len(raw.time), np.nan)), "quiet")
+
+
+def test_times_in_another_unit_than_said_are_refused():
+    """Seconds that were taken for microseconds: shorter than any pulse."""
+    raw = raw_series(cycles=1)
+    silent = replace(raw, pulses=(), drive=np.full(len(raw.time), np.nan))
+    short = replace(silent, time=1e-6 * raw.time, angle_time=1e-6 * raw.angle_time)
+    with pytest.raises(ConfigError, match=r"no pulse of the pump in 4e-05 s"):
+        prepared(short, "short")
 
 
 @pytest.mark.parametrize("known", ["drive", "nothing"])

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 
 from tubefoot.cli.main import app
-from tubefoot.cli.validate import distinct_names
 from tubefoot.config import load_settings
 from tubefoot.errors import ConfigError
 from tubefoot.twin.bench_settings import BenchSettings
@@ -90,11 +89,6 @@ def test_a_recording_without_a_run_of_its_length_is_refused(tmp_path):
                 str(tmp_path),
             ]
         )
-
-
-def test_recordings_get_distinct_names():
-    same = (Path("x/a/bench.mcap"), Path("y/a/bench.mcap"))
-    assert distinct_names(same) == ["a-1", "a-2"]
 
 
 def test_examples_are_what_they_say():

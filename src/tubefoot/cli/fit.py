@@ -56,14 +56,14 @@ def recordings(
     recording
         Recordings (.mcap, or tables with --columns).
     """
-    from tubefoot.config import load_settings, parse_settings
+    from tubefoot.config import parse_settings
     from tubefoot.errors import ConfigError
     from tubefoot.records import Run
     from tubefoot.reduced.files import read_reduced, reference_file
     from tubefoot.report.fit import draw_fit
-    from tubefoot.validation.column_map import ColumnMap
-    from tubefoot.validation.fit_stage import FitSettings, distinct_names, fit_recordings
-    from tubefoot.validation.loading import load_recording
+    from tubefoot.validation.column_map import load_column_map
+    from tubefoot.validation.fit_stage import FitSettings, fit_recordings
+    from tubefoot.validation.loading import distinct_names, load_recording
 
     if not recording:
         raise ConfigError("no recording given; name .mcap files, or tables with --columns; see --help")
@@ -75,10 +75,13 @@ def recordings(
         "seed": seed,
     }
     settings = parse_settings(table, FitSettings, source="fit")
-    mapping = load_settings(columns, ColumnMap) if columns else None
+    mapping = load_column_map(columns) if columns else None
     content = read_reduced(model) if model else reference_file()
     paths = [*recording, *held_out]
-    records = distinct_names([load_recording(path, mapping, units=units) for path in paths], paths)
+    records = [
+        load_recording(path, mapping, units=units, name=name)
+        for path, name in zip(paths, distinct_names(paths), strict=True)
+    ]
     asked = {"recordings": [str(path) for path in recording], "held_out": [str(path) for path in held_out]}
     run = Run(out, "fit", {**settings.model_dump(), **asked, "model": content.name}, seed)
     count = len(recording)

@@ -49,7 +49,7 @@ def validate(
     from tubefoot.records import Run
     from tubefoot.report.validation import draw_validation
     from tubefoot.validation.column_map import load_column_map
-    from tubefoot.validation.loading import load_recording
+    from tubefoot.validation.loading import distinct_names, load_recording
     from tubefoot.validation.prediction import load_prediction
     from tubefoot.validation.stage import validate_recordings, write_validation
 
@@ -83,23 +83,6 @@ def validate(
     run.finish(**{claim.id: claim.verdict for claim in found.claims})
     tell(found)
     print(f"results: {run.directory}")
-
-
-def distinct_names(paths: tuple[Path, ...]) -> list[str]:
-    """A short name for each file: its stem; with the directory where stems repeat.
-
-    paths : of the files
-
-    >>> distinct_names((Path("a/bench.mcap"), Path("b/bench.mcap"), Path("old.csv")))
-    ['a', 'b', 'old']
-    """
-    stems = [path.stem for path in paths]
-    if len(set(stems)) == len(stems):
-        return stems
-    names = [path.resolve().parent.name if stems.count(path.stem) > 1 else path.stem for path in paths]
-    if len(set(names)) == len(names):
-        return names
-    return [f"{name}-{number}" for number, name in enumerate(names, start=1)]
 
 
 def tell(found: Validated) -> None:

@@ -7,7 +7,7 @@ Writes fitted.toml, fit.json, windows.csv, held_out.csv, attribution.csv and .js
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +17,7 @@ import tomli_w
 from pydantic import Field, field_validator
 
 from tubefoot.config import Settings
-from tubefoot.errors import ConvergenceError
+from tubefoot.errors import ConfigError, ConvergenceError
 from tubefoot.records import write_json, write_table, write_whole
 from tubefoot.reduced.files import ReducedFile
 from tubefoot.units import DEG, KPA
@@ -90,20 +90,6 @@ class FitResult:
     decisive: Sequence[dict[str, Any]]
 
 
-def distinct_names(records: Sequence[BenchRecord], paths: Sequence[Path]) -> list[BenchRecord]:
-    """The recordings with names of their own: those of their directories where files are named alike.
-
-    records : as loaded; paths : their files
-    """
-    names = [record.name for record in records]
-    if len(set(names)) < len(names):
-        names = [f"{path.parent.name}-{path.stem}" for path in paths]
-    return [
-        replace(record, name=name if names.count(name) == 1 else f"{name}-{number}")
-        for number, (record, name) in enumerate(zip(records, names, strict=True), start=1)
-    ]
-
-
 def fit_recordings(
     records: Sequence[BenchRecord],
     held_out: Sequence[BenchRecord],
@@ -160,10 +146,16 @@ def predict(fit: BenchFit, problem: FitProblem, record: BenchRecord, calibrated:
     fit, problem : of other recordings; record : held out; calibrated : share of its pulses from which its own
         unknowns (bubbles, zeros, where the rollers stood) are found; the others are predicted
 
-    Everything that belongs to print and bench is that of the fit.
+    Everything that belongs to print and bench is that of the fit. Raises ConfigError when no pulse is left to
+    be predicted.
     """
     seen = observe(record)
     last = max(2, int(calibrated * len(record.pulses)))
+    if len(record.pulses) <= last:
+        raise ConfigError(
+            f"{record.name}: {len(record.pulses)} pulses; a recording that is held out needs {last} for its "
+            "own unknowns and more to be predicted"
+        )
     early = observe(record, until=record.pulses[last].start)
     known = {each.name: each.value for each in fit.estimates if each.name not in OWN}
     own = FitProblem(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -52,6 +53,23 @@ def load_recording(
     return record if units is None else replace(record, units=units)
 
 
+def distinct_names(paths: Sequence[Path]) -> list[str]:
+    """A short name for each file: its stem; with the directory where stems repeat.
+
+    paths : of the files
+
+    >>> distinct_names((Path("a/bench.mcap"), Path("b/bench.mcap"), Path("old.csv")))
+    ['a', 'b', 'old']
+    """
+    stems = [path.stem for path in paths]
+    if len(set(stems)) == len(stems):
+        return stems
+    names = [path.resolve().parent.name if stems.count(path.stem) > 1 else path.stem for path in paths]
+    if len(set(names)) == len(names):
+        return names
+    return [f"{name}-{number}" for number, name in enumerate(names, start=1)]
+
+
 def prepared(raw: RawSeries, name: str, drift: DriftLine = "none", synchronise: bool = True) -> BenchRecord:
     """A recording made of raw series.
 
@@ -67,7 +85,7 @@ def prepared(raw: RawSeries, name: str, drift: DriftLine = "none", synchronise: 
     pulses = listed or found_pulses(time, raw.pressures, raw.drive, wild)
     if not pulses:
         raise ConfigError(
-            f"{name}: no pulse of the pump in {time[-1]:.1f} s, neither listed nor in the pressures; "
+            f"{name}: no pulse of the pump in {time[-1]:.3g} s, neither listed nor in the pressures; "
             "nothing can be compared"
         )
     rest, line = rest_of(raw, pulses, wild, drift)

@@ -37,6 +37,9 @@ def found_pulses(
         signal = np.nan_to_num(drive)
         way = np.where(np.abs(signal) > RUNNING, np.sign(signal), 0.0)
         return _runs(time, way, signal)
+    seen = time[~wild]
+    if len(seen) == 0 or seen[-1] - seen[0] < LEAST_PULSE_S:
+        return ()
     grid, rate = pressure_rate(time, pressures, wild)
     still = np.median(np.abs(rate - np.median(rate)))
     fastest = np.quantile(np.abs(rate), 0.98)

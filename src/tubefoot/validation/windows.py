@@ -101,6 +101,8 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
         raise ConfigError(f"{record.name}: how many units has the finger? Give --units")
     last = record.duration if until is None else min(until, record.duration)
     pulses = [pulse for pulse in record.pulses if pulse.end < last]
+    if not pulses:
+        raise ConfigError(f"{record.name}: no pulse ends before the recording does; record until it rests")
     spans, times = _spans([(pulse.start, pulse.end) for pulse in pulses], last)
     grid = np.unique(np.round(times, 6))
     resting = [span for span in spans if not span[3]]
