@@ -176,15 +176,12 @@ class BendLoop:
         right, left = sample.gauge_pressures[:2]
         state.press(self._rig.clock.now())
         if self._guard.ends_pulse(1, (right, left)) or self._guard.ends_pulse(-1, (right, left)):
-            return self._pressed_too_long(motion, state, (right, left))
+            if state.pressed_s > self._settings.guard.pressed_max_s:
+                motion.reason = _out_of_reach(self._guard.describe((right, left)), state.pressed_s)
+            return True
         self._rig.clear_faults()
         state.cleared += 1
         self._event("cleared", faults=fault_names(faults))
-        return True
-
-    def _pressed_too_long(self, motion: Motion, state: MotionState, pressures: tuple[float, float]) -> bool:
-        if state.pressed_s > self._settings.guard.pressed_max_s:
-            motion.reason = _out_of_reach(self._guard.describe(pressures), state.pressed_s)
         return True
 
     def _given_up(self, seen: Measurement, motion: Motion, state: MotionState) -> Command | None:
