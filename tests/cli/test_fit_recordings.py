@@ -71,6 +71,18 @@ def test_a_foreign_table_is_fitted(tmp_path, capsys):
         assert (out / f"figures/{name}.png").stat().st_size > 10_000
 
 
+def test_a_table_without_angles_is_fitted_to_its_pressures(tmp_path, capsys):
+    values = known_values()
+    written(tmp_path / "bench.csv", made_record(values, pulses=cyclic_pulses(count=6)))
+    (tmp_path / "map.toml").write_text(MAP.partition("[columns.angle]")[0])
+    options = ["--columns", str(tmp_path / "map.toml"), "--sobol-samples", "0", "--out", str(tmp_path)]
+    app(["fit", str(tmp_path / "bench.csv"), *options])
+    assert "figures: 3" in capsys.readouterr().out
+    record = json.loads((tmp_path / "fit.json").read_text())
+    assert record["rms_bend_deg"] is None
+    assert record["rms_right_kpa"] < 0.1
+
+
 def test_without_a_recording_it_says_what_to_do():
     with pytest.raises(ConfigError, match="no recording given"):
         app(["fit"])

@@ -54,7 +54,7 @@ def _draw_courses(directory: Path, record: Mapping[str, Any]) -> Picture:
     caption = (
         f"Means over the pauses of {first} and the fitted lean model. Root mean square differences "
         f"{record['rms_right_kpa']:.2g} and {record['rms_left_kpa']:.2g} kPa, "
-        f"{record['rms_bend_deg']:.2g} deg."
+        + ("no angles." if record["rms_bend_deg"] is None else f"{record['rms_bend_deg']:.2g} deg.")
     )
     return Picture("fit", "Recording and fitted model", caption, png, svg)
 

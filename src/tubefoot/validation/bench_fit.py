@@ -64,7 +64,7 @@ class BenchFit:
     estimates : of all unknowns; covariance : (p, p) of the inner values, in the order of `estimates`
     jacobian : (n, p) of the weighted residuals, priors not among them
     misfit : root mean square of residuals over their first uncertainties: right, left, angle
-    off : root mean square differences: right, left [MPa], angle [rad]
+    off : root mean square differences: right, left [MPa], angle [rad]; nan for angles that were not recorded
     converged : whether the search ended by itself; evaluations : courses computed
     fixed : values of unknowns that were not fitted
     """
@@ -175,8 +175,16 @@ def _root_mean_squares(problem: FitProblem, x: FloatArray, weighted: bool) -> tu
         model = problem.measured(x, which, problem.course(x, which))
         for kind, (mean, data) in enumerate(zip(model, (seen.right, seen.left, seen.angle), strict=True)):
             squares[kind].append((mean - data.values) / (data.sigma if weighted else 1.0))
-    right, left, angle = (float(np.sqrt(np.mean(np.concatenate(part) ** 2))) for part in squares)
+    right, left, angle = (root_mean_square(np.concatenate(part)) for part in squares)
     return right, left, angle
+
+
+def root_mean_square(values: FloatArray) -> float:
+    """Root mean square, nan of no values.
+
+    values : (n,) of any unit
+    """
+    return float(np.sqrt(np.mean(values**2))) if len(values) else float("nan")
 
 
 def _estimates(problem: FitProblem, x: FloatArray, covariance: FloatArray) -> tuple[Estimate, ...]:

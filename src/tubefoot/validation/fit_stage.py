@@ -22,7 +22,14 @@ from tubefoot.records import write_json, write_table, write_whole
 from tubefoot.reduced.files import ReducedFile
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.attribution import QUANTITIES, Attribution, attribute
-from tubefoot.validation.bench_fit import BenchFit, calibrate, fit_bench, identified_combinations, profile
+from tubefoot.validation.bench_fit import (
+    BenchFit,
+    calibrate,
+    fit_bench,
+    identified_combinations,
+    profile,
+    root_mean_square,
+)
 from tubefoot.validation.bench_parameters import NAMES, unknown_named
 from tubefoot.validation.decisive import decisive_rows
 from tubefoot.validation.fit_problem import OWN, FitProblem
@@ -167,7 +174,7 @@ def predict(fit: BenchFit, problem: FitProblem, record: BenchRecord, calibrated:
     off = []
     for mean, windows in zip(model, (seen.right, seen.left, seen.angle), strict=True):
         ahead = windows.resting(seen) & (windows.pulse >= last)
-        off.append(float(np.sqrt(np.mean((mean - windows.values)[ahead] ** 2))))
+        off.append(root_mean_square((mean - windows.values)[ahead]))
     return Prediction(seen.name, seen.units, off[0], off[1], off[2], len(record.pulses) - last)
 
 
