@@ -45,8 +45,7 @@ def trial(seed: int, units: int, directory: Path) -> dict[str, object]:
     problem = FitProblem(content.to_finger(), content.to_prony(), [observe(load_recording(recording))])
     fit = fit_bench(problem)
     spent = time.process_time() - started - made
-    duty = float(np.median(problem.observations[0].duties))
-    truth = values_of(unseal(directory, digest), duty)
+    truth = values_of(unseal(directory, digest), problem.duty)
     shutil.rmtree(directory)
     rows = {
         name: {

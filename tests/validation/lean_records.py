@@ -12,6 +12,8 @@ from tubefoot.validation.recording import NO_LATENCY, BenchRecord, RecordedPulse
 from tubefoot.validation.windows import observe
 
 CONTENT = reference_file()
+DUTY = 0.35
+"""At which the flows of known values are."""
 
 
 def known_values(**given):
@@ -25,7 +27,7 @@ def cyclic_pulses(count=9, length=0.12, pause=0.9, hold=8.0, rest=2.0):
     pulses, now = [], rest
     for direction, number in ((1, count), (-1, 2 * count), (1, count)):
         for _ in range(number):
-            pulses.append(RecordedPulse(now, now + length, direction, 0.35, float("nan")))
+            pulses.append(RecordedPulse(now, now + length, direction, DUTY, float("nan")))
             now += length + pause
         now += hold
     return tuple(pulses), now
@@ -55,7 +57,7 @@ def made_record(values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=
     fine = replace(seen, grid=grid)
     bench = LeanBench(CONTENT.to_finger().with_units(units))
     course = bench.simulate(
-        np.diff(grid), pumped_volumes(fine, values), bench_numbers(values, CONTENT.to_prony())
+        np.diff(grid), pumped_volumes(fine, values, DUTY), bench_numbers(values, CONTENT.to_prony())
     )
     chance = np.random.default_rng(seed)
     pressures = np.array([np.interp(time, grid, course.branch[:, side], left=0.0) for side in (0, 1)]).T

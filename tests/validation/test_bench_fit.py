@@ -54,9 +54,11 @@ def test_air_and_bubble_of_a_side_are_said_to_be_mixed(whole):
     assert worst["ratio"] > 0.5 > 0.05 > best["ratio"]
 
 
-def test_a_held_out_run_is_predicted(whole):
+@pytest.mark.parametrize(("duty", "length"), [(0.35, 0.2), (0.5, 0.11)])
+def test_a_held_out_run_is_predicted(whole, duty, length):
     values, problem, fit = whole
-    runs = [RecordedPulse(2.0 + 1.5 * k, 2.2 + 1.5 * k, 1, 0.35, float("nan")) for k in range(9)]
+    starts = 2.0 + 1.5 * np.arange(9)
+    runs = [RecordedPulse(start, start + length, 1, duty, float("nan")) for start in starts.tolist()]
     found = predict(fit, problem, made_record(values, seed=5, pulses=(tuple(runs), 20.0)))
     assert max(found.right, found.left) < 1.0 * KPA
     assert found.angle < 1.0 * DEG

@@ -1,8 +1,10 @@
 """The lean bench against equilibria, against the twin in time, against the law beyond its range."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.validation.lean_records import CONTENT, known_values, made_record
+from tests.validation.lean_records import CONTENT, DUTY, known_values, made_record
 
 from tubefoot.config import parse_settings
 from tubefoot.errors import ConvergenceError
@@ -119,11 +121,13 @@ def test_toppling_is_the_derivative_of_the_weights_energy():
 def test_pulses_bring_their_volume_whatever_the_lag():
     seen = observe(made_record(known_values()))
     values = known_values(pump_lag_s=0.1)
-    moved = pumped_volumes(seen, values)
+    moved = pumped_volumes(seen, values, DUTY)
     forward = sum(seen.ends[k] - seen.starts[k] for k in range(len(seen.ends)) if seen.directions[k] > 0)
     reverse = sum(seen.ends[k] - seen.starts[k] for k in range(len(seen.ends)) if seen.directions[k] < 0)
     expected = 1e3 * (forward * values["flow_forward_ml_per_s"] - reverse * values["flow_reverse_ml_per_s"])
     assert moved.sum() == pytest.approx(expected, abs=0.5)
+    unknown = replace(seen, duties=np.full(len(seen.duties), np.nan))
+    assert pumped_volumes(unknown, values, DUTY) == pytest.approx(moved)
 
 
 def test_no_balance_is_an_error():

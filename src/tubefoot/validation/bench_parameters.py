@@ -154,24 +154,35 @@ def bench_numbers(values: Mapping[str, float], relaxation: Prony) -> BenchNumber
     )
 
 
-def pumped_volumes(observation: Observation, values: Mapping[str, float]) -> FloatArray:
+def usual_duty(observations: Sequence[Observation]) -> float:
+    """The duty at which a fit's flows are: the median of those that are known; 1 where none is.
+
+    observations : that are fitted together
+    """
+    duties = np.concatenate([observation.duties for observation in observations])
+    known = duties[np.isfinite(duties)]
+    return float(np.median(known)) if len(known) else 1.0
+
+
+def pumped_volumes(observation: Observation, values: Mapping[str, float], duty: float) -> FloatArray:
     """Volume that the rollers bring into the right branch in each step, (n,) [mm^3].
 
-    observation : with the pulses; values : by the names of UNKNOWNS
+    observation : with the pulses; values : by the names of UNKNOWNS; duty : at which their flows are
 
-    A pulse begins and ends with the motor's lag. Flows are those at the longest used duty; another duty has
-    its flow in proportion to its excess over a dead duty of 0.16.
+    A pulse begins and ends with the motor's lag. Another duty has its flow in proportion to its excess over a
+    dead duty of 0.16; an unknown one counts as that duty.
     """
     turned = np.zeros((2, len(observation.grid)))
     flows = (values["flow_forward_ml_per_s"] * ML, values["flow_reverse_ml_per_s"] * ML)
     lag, grid = values["pump_lag_s"], observation.grid
-    usual = _excess(float(np.median(observation.duties)))
-    for start, end, direction, duty in zip(
-        observation.starts, observation.ends, observation.directions, observation.duties, strict=True
+    used = np.where(np.isfinite(observation.duties), observation.duties, duty)
+    shares = [_excess(each) / _excess(duty) for each in used]
+    for start, end, direction, share in zip(
+        observation.starts, observation.ends, observation.directions, shares, strict=True
     ):
         way = 0 if direction > 0 else 1
         first = int(np.searchsorted(grid, start))
-        turned[way, first:] += flows[way] * _excess(duty) / usual * _run_time(grid[first:], start, end, lag)
+        turned[way, first:] += flows[way] * share * _run_time(grid[first:], start, end, lag)
     both = turned.sum(axis=0)
     ahead = np.zeros_like(both)
     for h in HARMONICS:
@@ -199,10 +210,10 @@ def _run_time(times: FloatArray, start: float, end: float, lag: float) -> FloatA
 def starting_values(observations: Sequence[Observation]) -> dict[str, float]:
     """Where a fit starts: the priors' middles.
 
-    observations : whose median duty tells the pump's flow
+    observations : whose usual duty tells the pump's flow
     """
     values = {unknown.name: unknown.outer(unknown.middle) for unknown in UNKNOWNS}
-    duty = float(np.median(np.concatenate([observation.duties for observation in observations])))
+    duty = usual_duty(observations)
     for name in ("flow_forward_ml_per_s", "flow_reverse_ml_per_s"):
         values[name] = 1.25 * _excess(duty) / 0.84
     return values

@@ -24,6 +24,7 @@ from tubefoot.validation.bench_parameters import (
     bench_numbers,
     pumped_volumes,
     starting_values,
+    usual_duty,
 )
 from tubefoot.validation.lean_bench import Course, LeanBench
 from tubefoot.validation.windows import Observation
@@ -59,7 +60,7 @@ class FitProblem:
         """
         self.finger, self.tilt = finger, tilt
         self.observations = list(observations)
-        self.relaxation = relaxation
+        self.relaxation, self.duty = relaxation, usual_duty(self.observations)
         self.fixed = dict(fixed or {})
         given = dict(priors or {})
         self.benches = [LeanBench(finger.with_units(each.units), tilt) for each in observations]
@@ -99,7 +100,7 @@ class FitProblem:
         """
         self.evaluations += 1
         values, seen = self.values(x, which), self.observations[which]
-        volumes = pumped_volumes(seen, values)
+        volumes = pumped_volumes(seen, values, self.duty)
         return self.benches[which].simulate(
             np.diff(seen.grid), volumes, bench_numbers(values, self.relaxation)
         )

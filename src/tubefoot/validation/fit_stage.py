@@ -168,6 +168,7 @@ def predict(fit: BenchFit, problem: FitProblem, record: BenchRecord, calibrated:
     own = FitProblem(
         problem.finger, problem.relaxation, [early], {**problem.fixed, **known}, tilt=problem.tilt
     )
+    own.duty = problem.duty
     x = calibrate(own)
     own.observations = [seen]
     model = own.measured(x, 0, own.course(x, 0))

@@ -69,7 +69,7 @@ class Observation:
 
     name : of the recording; units : of its finger
     grid : (n + 1,) times between which the model steps, the first at the start of the first pulse [s]
-    starts, ends, directions, duties : of the pulses, (p,)
+    starts, ends, directions, duties : of the pulses, (p,); duties nan where the source does not say
     right, left, angle : what was seen [MPa], [MPa], [rad]
     """
 
@@ -132,7 +132,6 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
             f"{record.name}: only {len(sides[0].values)} windows of {LEAST_WINDOW_S:g} s with "
             "samples between pulses; record with pauses of half a second at least"
         )
-    duties = np.array([pulse.duty if np.isfinite(pulse.duty) else 1.0 for pulse in pulses])
     return Observation(
         record.name,
         record.units,
@@ -140,7 +139,7 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
         np.array([pulse.start for pulse in pulses]),
         np.array([pulse.end for pulse in pulses]),
         np.array([float(pulse.direction) for pulse in pulses]),
-        duties,
+        np.array([pulse.duty for pulse in pulses]),
         sides[0],
         sides[1],
         angle,
