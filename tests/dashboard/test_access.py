@@ -44,6 +44,7 @@ def test_orders_need_token_host_and_origin(shown, headers, status):
     assert post(dashboard, "/api/do", {"do": "take"}, **headers)[0] == status
     if status != 200:
         assert bench.helm.holder in ("", "test")
+    assert post(dashboard, "/api/beat", "", **headers)[0] == status
     assert post(dashboard, "/stop", "", **headers)[0] == status
     if bench.session.bench.line.tripped:
         assert status == 200

@@ -4,6 +4,7 @@ Times are those of the bench: a busy computer slows bench and page down, and no 
 """
 
 import threading
+import time
 from contextlib import contextmanager
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -221,6 +222,23 @@ def test_a_closed_browser_stops_the_pump(chromium, shown):
     assert "not heard for 15 s" in bench.ended()
     assert not bench.pumping
     until(lambda: bench.helm.holder == "")
+
+
+def test_a_page_that_draws_keeps_beating_and_one_that_hangs_does_not(chromium, shown, monkeypatch):
+    """The page's own thread is blocked for 20 s; its heart beats on for ten."""
+    bench, dashboard = shown
+    beats: list[float] = []
+    beat = bench.helm.beat
+    monkeypatch.setattr(bench.helm, "beat", lambda page: (beats.append(time.time()), beat(page)))
+    with page_of(chromium, dashboard.address) as page:
+        page.set_default_timeout(PATIENCE_MS)
+        until(lambda: len(beats) > 5)
+        begin = page.evaluate(
+            "() => { const begin = Date.now(); while (Date.now() < begin + 20000); return begin; }"
+        )
+    silent = begin / 1e3 + 20.0
+    assert any(begin / 1e3 + 2.0 < heard < begin / 1e3 + 9.0 for heard in beats)
+    assert not any(silent - 5.0 < heard < silent - 0.1 for heard in beats)
 
 
 def test_calibration_wizard_on_the_page(chromium, shown):

@@ -95,6 +95,11 @@ def dashboard_app(
         except TubefootError as error:
             return JSONResponse({"error": str(error)}, 409)
 
+    @app.post("/api/beat")
+    async def beat(request: Request) -> Response:
+        showing.beat(_page_name(request.headers.get("x-tubefoot-page")))
+        return JSONResponse({})
+
     @app.post("/stop")
     async def stop(request: Request) -> Response:
         said = await asyncio.to_thread(showing.trip, "emergency stop button")
@@ -136,7 +141,7 @@ async def _send(socket: WebSocket, showing: Showing) -> None:
 
 
 async def _hear(socket: WebSocket, showing: Showing, name: str) -> None:
-    """Each message is a heartbeat."""
+    """A new socket and each message are heartbeats; raises WebSocketDisconnect at the end."""
     showing.beat(name)
     while True:
         await socket.receive_text()

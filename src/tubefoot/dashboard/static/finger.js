@@ -4,6 +4,7 @@ import {
   OrbitControls, PerspectiveCamera, Scene, WebGLRenderer,
 } from "/vendored/three/three.min.js";
 import { token } from "./link.js";
+import { paced } from "./pace.js";
 import { SHAPE } from "./wire.js";
 
 const DRAW_MS = 60;  // without a graphics card every drawing costs
@@ -30,6 +31,7 @@ class View {
   constructor(model) {
     this.model = model;
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
+    this.draw = paced(() => this.renderer.render(this.scene, this.camera), DRAW_MS);
     this.scene = new Scene();
     this.scene.background = new Color("#eef2f7");
     this.scene.add(new HemisphereLight("#ffffff", "#8894a5", 2.2));
@@ -44,7 +46,7 @@ class View {
     this.orbit.target.set(0, 0.45 * length, 0);
     this.orbit.enableZoom = false;  // the wheel scrolls the page
     this.orbit.enablePan = false;
-    this.orbit.addEventListener("change", () => this.draw());
+    this.orbit.addEventListener("change", this.draw);
     this.places = new Float32Array(model.outline.length * 4 * 3);
     this.scene.add(new Mesh(this.geometry(), new MeshLambertMaterial({ color: "#3b8fb5", side: DoubleSide, flatShading: true })));
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -97,14 +99,5 @@ class View {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
     this.draw();
-  }
-
-  draw() {
-    if (this.due) return;
-    this.due = true;
-    setTimeout(() => requestAnimationFrame(() => {
-      this.due = false;
-      this.renderer.render(this.scene, this.camera);
-    }), DRAW_MS);
   }
 }

@@ -1,7 +1,7 @@
-// The line to the program: one websocket that comes back by itself, heartbeats, orders by POST.
+// The line to the program: one websocket that comes back by itself, orders by POST; the heart beats beside them.
 import { unpacked } from "./wire.js";
 
-const BEAT_MS = 400, FIRST_WAIT_MS = 300, LONGEST_WAIT_MS = 2000;
+const ALIVE_MS = 400, FIRST_WAIT_MS = 300, LONGEST_WAIT_MS = 2000;
 
 export const token = document.body.dataset.token;
 export const page = pageName();
@@ -21,19 +21,21 @@ export class Link {
     this.onNews = onNews;
     this.onState = onState;
     this.wait = FIRST_WAIT_MS;
-    this.beaten = 0;
+    this.said = 0;
+    this.heart = new Worker("/static/heart.js");
+    this.heart.postMessage({ token, name: page });
     this.open();
-    setInterval(() => this.beat(), BEAT_MS);
+    setInterval(() => this.live(), ALIVE_MS);
   }
 
   open() {
     const address = `ws://${location.host}/live?token=${encodeURIComponent(token)}&page=${page}`;
     const socket = new WebSocket(address);
     socket.binaryType = "arraybuffer";
-    socket.onopen = () => { this.wait = FIRST_WAIT_MS; this.beat(); this.onState(true); };
+    socket.onopen = () => { this.wait = FIRST_WAIT_MS; this.onState(true); };
     socket.onmessage = (event) => {
       this.onNews(unpacked(event.data));
-      this.beat();  // timers of a hidden page are slowed down, messages are not
+      this.live();  // timers of a hidden page are slowed down, messages are not
     };
     socket.onclose = () => {
       this.onState(false);
@@ -43,11 +45,11 @@ export class Link {
     this.socket = socket;
   }
 
-  beat() {
+  live() {
     const now = performance.now();
-    if (this.socket.readyState !== WebSocket.OPEN || now - this.beaten < BEAT_MS * 0.9) return;
-    this.beaten = now;
-    this.socket.send("beat");
+    if (this.socket.readyState !== WebSocket.OPEN || now - this.said < ALIVE_MS * 0.9) return;
+    this.said = now;
+    this.heart.postMessage(null);
   }
 }
 

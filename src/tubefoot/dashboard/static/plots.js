@@ -1,5 +1,6 @@
 // Angle and pressures of the last half minute.
 import uPlot from "/vendored/uplot/uPlot.esm.js";
+import { paced } from "./pace.js";
 import { ANGLES, SAMPLES } from "./wire.js";
 
 const WINDOW_S = 30, HEIGHT = 190, DRAW_MS = 30;
@@ -16,7 +17,7 @@ const pressurePlot = plot("pressure-plot", samples, "Pressure [kPa]", 10, [
   { label: "right", stroke: colour("right"), width: 2 },
   { label: "left", stroke: colour("left"), width: 2, dash: [8, 3] },
 ]);
-let due = false;
+const drawSoon = paced(redraw, DRAW_MS);
 
 function plot(id, data, label, least, series) {
   const place = document.getElementById(id);
@@ -59,14 +60,10 @@ export function showRows(news) {
     now("pump", pump);
     document.getElementById("stopped-pump").textContent = pump;
   }
-  if ((angle || sample) && !due) {
-    due = true;
-    setTimeout(() => requestAnimationFrame(redraw), DRAW_MS);
-  }
+  if (angle || sample) drawSoon();
 }
 
 function redraw() {
-  due = false;
   const newest = Math.max(angles[0].at(-1) ?? 0, samples[0].at(-1) ?? 0);
   for (const [chart, data] of [[anglePlot, angles], [pressurePlot, samples]]) {
     trim(data, newest - WINDOW_S);
