@@ -1,6 +1,7 @@
 """The bench's thread without server or browser: orders, helm, recordings, calibrations, emergency stop."""
 
 import json
+import threading
 import time
 from dataclasses import replace
 
@@ -110,6 +111,24 @@ def test_emergency_stop_latches_until_release(bench):
     assert "completed" in bench.ended()
 
 
+def test_a_release_waits_for_the_stop_and_an_order_that_hung_meanwhile_ends(bench, monkeypatch):
+    run_slowly(bench)
+    until(lambda: bench.pumping)
+    line, goes_on = bench.session.bench.line, threading.Event()
+    monkeypatch.setattr(line, "_repeats", (0.0, 0.3))
+    monkeypatch.setattr(bench.session.log, "frame", lambda *_: goes_on.wait(20))
+    stopping = threading.Thread(target=bench.desk.trip, args=("a test",))
+    stopping.start()
+    until(lambda: line.tripped)
+    bench.desk.do("me", {"do": "release"})  # while Stop is still being sent, the bench's thread hangs
+    stopping.join()
+    assert not line.tripped
+    assert not bench.feed.status["stop"]["tripped"]
+    goes_on.set()
+    assert "emergency stop" in bench.ended()
+    assert not bench.pumping
+
+
 def test_campaign_is_run_recorded_and_can_be_read(bench):
     table = "time_s,direction,duty,duration_s\n0.2,1,0.5,0.2\n1.0,-1,0.5,0.2\n"
     bench.desk.do("me", {"do": "play", "table": table})
@@ -204,11 +223,39 @@ def test_a_lost_page_stops_what_it_started_unless_told_to_go_on(tmp_path):
         assert not bench.pumping
         until(lambda: bench.feed.status["holder"] == "")
 
-        bench.desk.beat("me")
-        bench.desk.do("me", {"do": "take"})
+        bench.desk.beat("me")  # heard again: it need not ask
+        assert bench.feed.status["holder"] == "me"
         bench.desk.do("me", {"do": "bend", "target_deg": 10, "controller": "paper", "goes_on": True})
         wrist.time += 100.0
         assert "settled" in bench.ended()
+
+
+def test_a_lost_page_that_is_heard_again_has_control_unless_it_was_taken_or_given_back():
+    wrist = Wrist()
+    helm = Helm(2.0, wrist)
+
+    def lose():
+        wrist.time += 3.0
+        helm.beat("other")
+        helm.forget_lost()
+        assert helm.holder == ""
+
+    helm.beat("me")
+    assert helm.take("me")
+    lose()
+    helm.beat("other")
+    assert helm.holder == ""
+    helm.beat("me")
+    assert helm.holder == "me"
+    helm.give("me")
+    helm.beat("me")
+    assert helm.holder == ""
+    assert helm.take("me")
+    lose()
+    assert helm.take("other")
+    helm.give("other")
+    helm.beat("me")
+    assert helm.holder == ""
 
 
 def test_closing_stops_the_pump(tmp_path):

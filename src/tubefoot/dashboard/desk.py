@@ -58,7 +58,6 @@ class Desk:
         self.feed: Feed = session.feed
         self._session = session
         self._helm: Helm = session.helm
-        self._known: list[str] = []
 
     def start(self) -> None:
         """Open the bench."""
@@ -74,10 +73,7 @@ class Desk:
         page : its name
         """
         self._helm.beat(page)
-        pages = self._helm.pages()
-        if pages != self._known:
-            self._known = pages
-            self._session.tell_pages()
+        self._session.tell_pages()
 
     def trip(self, who: str) -> str:
         """Stop the pump now; any page may.

@@ -1,7 +1,9 @@
 """Who holds control: one page steers, the others watch; a page that falls silent loses it.
 
-A page beats like a heart as long as it lives. When the heart of the page at the helm stops for longer than
-`heartbeat_s`, what it had started is stopped, unless it said that the run is to go on.
+A page beats like a heart as long as it lives (`static/heart.js`). When the heart of the page at the helm
+stops for longer than `heartbeat_s`, what it had started is stopped, unless it said that the run is to go on.
+A page that is heard again, after a computer that was too busy or asleep, has its control back unless another
+took it meanwhile.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ class Helm:
         self._now = now
         self._lock = threading.Lock()
         self._heard: dict[str, float] = {}
-        self._holder = ""
+        self._holder = self._lost_holder = ""
 
     @property
     def holder(self) -> str:
@@ -46,12 +48,14 @@ class Helm:
             return [page for page in self._heard if self._lives(page)]
 
     def beat(self, page: str) -> None:
-        """Hear a page.
+        """Hear a page; one that was lost at the helm is there again if nobody else is.
 
         page : its name
         """
         with self._lock:
             self._heard[page] = self._now()
+            if not self._holder and page == self._lost_holder:
+                self._holder, self._lost_holder = page, ""
 
     def take(self, page: str) -> bool:
         """Whether a page has control now: it is granted when no other living page has it.
@@ -60,7 +64,7 @@ class Helm:
         """
         with self._lock:
             if self._holder in ("", page) or not self._lives(self._holder):
-                self._holder = page
+                self._holder, self._lost_holder = page, ""
             return self._holder == page
 
     def give(self, page: str) -> None:
@@ -76,7 +80,7 @@ class Helm:
         """Take control from a lost page, and drop pages that have long been silent."""
         with self._lock:
             if self._holder and not self._lives(self._holder):
-                self._holder = ""
+                self._holder, self._lost_holder = "", self._holder
             patience = self._now() - 10 * self.heartbeat_s
             self._heard = {page: heard for page, heard in self._heard.items() if heard > patience}
 

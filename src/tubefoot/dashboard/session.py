@@ -16,6 +16,7 @@ from contextlib import AbstractContextManager
 from typing import Protocol
 
 from tubefoot.dashboard.benches import Bench
+from tubefoot.dashboard.brake import Brake
 from tubefoot.dashboard.bulletin import Log, description, sample_row, trouble, troubles
 from tubefoot.dashboard.eye import Shown, angle_row
 from tubefoot.dashboard.feed import Feed, Sight
@@ -95,6 +96,7 @@ class Session:
         self._fault: BaseException | None = None
         self._leash = Leash(helm, self._tripped, self._ended.is_set)
         self._line_fault = self._camera_fault = ""
+        self._brake = Brake(lambda: self.bench.line, self._leash, feed, self.note)
         self._log = Log(feed)
         self._giving = threading.Lock()
         self._thread = threading.Thread(target=self._live, name="bench", daemon=True)
@@ -132,14 +134,14 @@ class Session:
         order : to be run
         goes_on : whether it goes on when the page in control is lost
         """
-        if self.bench.line.tripped:
-            raise SafetyStop("the emergency stop is in force; release it first")
         with self._giving:
             if self.busy:
                 raise ConfigError("the bench is busy; stop what runs, or wait for its end")
+            self._leash.loosen()  # before the look at the line: a stop that comes later pulls again
+            if self.bench.line.tripped:
+                raise SafetyStop("the emergency stop is in force; release it first")
             self._busy.set()
-        self._leash.loosen()
-        self._orders.put((order, goes_on))
+            self._orders.put((order, goes_on))
 
     def stop(self, reason: str) -> None:
         """End what runs, at the next frame.
@@ -169,22 +171,11 @@ class Session:
 
         who : asked for it
         """
-        try:
-            sent = self.bench.line.trip()
-        except LinkError as error:
-            answer = f"not sent ({error}); the board stops by itself when it hears nothing"
-        else:
-            answer = f"sent {sent} times"
-        if not (self.feed.status.get("stop") or {}).get("tripped"):  # a page asks in two ways
-            self.note("alarm", f"emergency stop ({who}): {answer}")
-        self.feed.tell(stop={"tripped": True, "who": who, "answer": answer})
-        return answer
+        return self._brake.pull(who)
 
     def release(self) -> None:
-        """Let the pump run again."""
-        self.bench.line.release()
-        self.feed.tell(stop={"tripped": False})
-        self.note("info", "emergency stop released")
+        """Let the pump run again; raises SafetyStop while Stop is still being sent."""
+        self._brake.release()
 
     def note(self, level: str, text: str) -> None:
         """Write a line into the page's log.
