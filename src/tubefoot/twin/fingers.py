@@ -22,7 +22,7 @@ def finger_length(make: FingerMake) -> float:
 
     make : of the finger; the linear stand-in is as long as the reference finger
     """
-    return _law_of(make)[0].length
+    return law_of(make)[0].length
 
 
 def finger_of(make: FingerMake, kelvin: float = 0.0) -> FingerResponse:
@@ -39,7 +39,7 @@ def finger_of(make: FingerMake, kelvin: float = 0.0) -> FingerResponse:
             gain=0.85 * DEG / KPA / factor / seam,
             memory=LINEAR_MEMORY if make.creep else (),
         )
-    law, memory = _law_of(make, kelvin)
+    law, memory = law_of(make, kelvin)
     if make.law == "chain":
         from tubefoot.twin.finger import Mounting, SimulatedFinger
 
@@ -49,7 +49,12 @@ def finger_of(make: FingerMake, kelvin: float = 0.0) -> FingerResponse:
     return StillFinger(law, memory, make.stiffness, make.seam_stiffening)
 
 
-def _law_of(make: FingerMake, kelvin: float = 0.0) -> tuple[ReducedFinger, Prony]:
+def law_of(make: FingerMake, kelvin: float = 0.0) -> tuple[ReducedFinger, Prony]:
+    """The reduced finger that the settings name, of the stiffness in its file, and the memory of its wall.
+
+    make : of the finger; raises ConfigError when its model cannot be read
+    kelvin : by which the room is warmer than 23 degC
+    """
     content = read_reduced(make.model) if make.model else reference_file()
     law = content.to_finger()
     memory = content.to_prony(ROOM_C + kelvin) if make.creep else NO_RELAXATION

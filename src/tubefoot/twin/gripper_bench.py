@@ -20,14 +20,13 @@ from tubefoot.errors import ConfigError
 from tubefoot.lab.board_rig import BoardRig
 from tubefoot.lab.clock import Clock
 from tubefoot.lab.settings import RigSettings
-from tubefoot.reduced.files import read_reduced, reference_file
-from tubefoot.reduced.relaxation import NO_RELAXATION
 from tubefoot.twin.bench import BOARDS, KEPT_S, LENS, PLANE, SEEN_S, BoardKind, bench_layout
 from tubefoot.twin.bench_camera import Deliveries, RenderedCamera, TrueAngles
 from tubefoot.twin.bench_settings import BenchSettings
 from tubefoot.twin.bent_axis import BentAxis
 from tubefoot.twin.board import LockstepPort, SimulatedBoard
 from tubefoot.twin.finger_response import FingerResponse
+from tubefoot.twin.fingers import law_of
 from tubefoot.twin.frame_drawer import FrameDrawer
 from tubefoot.twin.gripper import Gripper, PairedFinger
 from tubefoot.twin.gripper_plant import Pace, PacedPlant
@@ -224,9 +223,9 @@ def _gripper(settings: tuple[BenchSettings, BenchSettings], make: GripperMake, h
             raise ConfigError(f"a gripper's finger needs law = chain, not {finger.law}")
         if finger.units is not None:
             raise ConfigError(f"units = {finger.units}: a gripper's finger has its model's; leave it out")
-        content = read_reduced(finger.model) if finger.model else reference_file()
-        laws.append(content.to_finger().with_scale(finger.stiffness))
-        memories.append(content.to_prony() if finger.creep else NO_RELAXATION)
+        law, memory = law_of(finger, bench.climate.start_k)
+        laws.append(law.with_scale(finger.stiffness))
+        memories.append(memory)
     seams = (settings[0].finger.seam_stiffening, settings[1].finger.seam_stiffening)
     return Gripper(SceneParts((laws[0], laws[1]), make, held), (memories[0], memories[1]), seams)
 

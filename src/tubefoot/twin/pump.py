@@ -14,8 +14,9 @@ from tubefoot.units import ML
 
 MEAN_DIP = 3.0 / 16.0
 MM3_PER_L = 1e6
-STOPPED = 0.5
-"""Flow below which friction holds the motor [mm^3/s], a three-thousandth of its full one."""
+STOPPED = 3.0
+"""Flow below which friction holds the motor [mm^3/s], a five-hundredth of its full one; what is cut off is
+less than a quarter of a microlitre."""
 
 
 class Pump:
