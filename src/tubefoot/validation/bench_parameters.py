@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, log
+from math import exp, expm1, log
 from typing import Literal
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from tubefoot.reduced.relaxation import Prony
@@ -23,7 +24,10 @@ FloatArray = NDArray[np.float64]
 
 NUCLEUS = 1.0
 """Air in each branch and chamber that no filling removes [mm^3]."""
-HARMONICS = (1, 2)
+HARMONICS = (1, 2, 3, 4)
+"""Of the rollers' ripple, by roller."""
+SAME_TIME_S = 1e-5
+"""Times are the same within this: the grid's are rounded [s]."""
 
 
 @dataclass(frozen=True)
@@ -172,17 +176,18 @@ def pumped_volumes(observation: Observation, values: Mapping[str, float], duty: 
     A pulse begins and ends with the motor's lag. Another duty has its flow in proportion to its excess over a
     dead duty of 0.16; an unknown one counts as that duty.
     """
-    turned = np.zeros((2, len(observation.grid)))
-    flows = (values["flow_forward_ml_per_s"] * ML, values["flow_reverse_ml_per_s"] * ML)
-    lag, grid = values["pump_lag_s"], observation.grid
+    flows = ML * np.array([values["flow_forward_ml_per_s"], values["flow_reverse_ml_per_s"]])
     used = np.where(np.isfinite(observation.duties), observation.duties, duty)
-    shares = [_excess(each) / _excess(duty) for each in used]
-    for start, end, direction, share in zip(
-        observation.starts, observation.ends, observation.directions, shares, strict=True
-    ):
-        way = 0 if direction > 0 else 1
-        first = int(np.searchsorted(grid, start))
-        turned[way, first:] += flows[way] * share * _run_time(grid[first:], start, end, lag)
+    way = np.where(observation.directions > 0, 0, 1)
+    rate = flows[way] * _excess(used) / _excess(np.array(duty))
+    begin, beyond = (
+        np.searchsorted(observation.grid, at - SAME_TIME_S) for at in (observation.starts, observation.ends)
+    )
+    wanted = np.zeros((2, len(observation.grid)))
+    np.add.at(wanted, (way, begin), rate)
+    np.add.at(wanted, (way, beyond), -rate)
+    steps = np.diff(observation.grid)
+    turned = turned_volumes(steps, wanted.cumsum(axis=1), values["pump_lag_s"])
     both = turned.sum(axis=0)
     ahead = np.zeros_like(both)
     for h in HARMONICS:
@@ -195,16 +200,25 @@ def pumped_volumes(observation: Observation, values: Mapping[str, float], duty: 
     return np.asarray(moved + direction * np.diff(ahead))
 
 
-def _excess(duty: float) -> float:
-    return max(duty - 0.16, 0.02)
+def _excess(duty: FloatArray) -> FloatArray:
+    return np.maximum(duty - 0.16, 0.02)
 
 
-def _run_time(times: FloatArray, start: float, end: float, lag: float) -> FloatArray:
-    """Time that the motor ran at full speed until each time, its lag in starting and stopping counted [s]."""
-    inside = np.clip(times, start, end) - start
-    up = inside - lag * -np.expm1(-inside / lag)
-    speed = -np.expm1(-(end - start) / lag)
-    return np.asarray(up - speed * lag * np.expm1(-np.maximum(times - end, 0.0) / lag))
+@njit(cache=True)
+def turned_volumes(steps, wanted, lag):  # type: ignore[no-untyped-def]
+    """Volume that the motor has turned either way at each time, (2, n + 1) [mm^3], following with its lag.
+
+    steps : (n,) durations [s]; wanted : (2, n or more) flows at full speed in each step [mm^3/s]; lag : [s]
+    """
+    turned = np.zeros((2, len(steps) + 1))
+    for way in range(2):
+        flow = 0.0
+        for k in range(len(steps)):
+            caught_up = -expm1(-steps[k] / lag)
+            over = flow - wanted[way, k]
+            turned[way, k + 1] = turned[way, k] + wanted[way, k] * steps[k] + over * lag * caught_up
+            flow -= over * caught_up
+    return turned
 
 
 def starting_values(observations: Sequence[Observation]) -> dict[str, float]:

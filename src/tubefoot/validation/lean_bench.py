@@ -33,6 +33,8 @@ FloatArray = NDArray[np.float64]
 
 TOLERANCE = 1e-8
 """Of the last correction of the chamber pressures [MPa]."""
+LEAST_VOLUME = 1e-4
+"""Of the last correction of what leaked in a step [mm^3]."""
 MOST_ITERATIONS = 60
 LARGEST_TURN = 0.05
 """Of a unit in one iteration [rad]."""
@@ -144,13 +146,32 @@ def toppling(finger: ReducedFinger) -> FloatArray:
     return np.asarray(np.cumsum(reach[::-1])[::-1])
 
 
+def room_for_powers(pairs: NDArray[np.int64]) -> FloatArray:
+    """Where `unit_answer` keeps monomials of pressure difference and sum and their two derivatives.
+
+    pairs : (2, n_pairs) exponents
+    """
+    return np.zeros((2, 3, 1 + int(pairs.max())))
+
+
 @njit(cache=True)
-def unit_answer(table, pairs, limits, angle, right, left, out):  # type: ignore[no-untyped-def]
+def _powers(base, found):  # type: ignore[no-untyped-def]
+    """Monomials of 0, 1, ... and their first and second derivatives, into (3, exponents)."""
+    found[0, 0], found[1, 0], found[2, 0] = 1.0, 0.0, 0.0
+    for k in range(1, found.shape[1]):
+        found[0, k] = base * found[0, k - 1]
+        found[1, k] = k * found[0, k - 1]
+        found[2, k] = k * found[1, k - 1]
+
+
+@njit(cache=True)
+def unit_answer(table, pairs, limits, angle, right, left, powers, out):  # type: ignore[no-untyped-def]
     """Of one unit: moment, stiffness, coupling right and left, volumes, compliance rr, rl, ll into `out`
     (9,).
 
     table : (exponents of the angle, pairs); pairs : (2, n_pairs); limits : angle, low, high pressure
     angle : [rad]; right, left : [MPa]; out : (9,)
+    powers : (2, 3, exponents) to work in, see `room_for_powers`
 
     Beyond the range the energy is continued by its second-order Taylor polynomial at the nearest point
     inside.
@@ -158,30 +179,27 @@ def unit_answer(table, pairs, limits, angle, right, left, out):  # type: ignore[
     phi = min(max(angle, -limits[0]), limits[0])
     p_r = min(max(right, limits[1]), limits[2])
     p_l = min(max(left, limits[1]), limits[2])
-    x, u, v = phi / ANGLE_SCALE, (p_r - p_l) / PRESSURE_SCALE, (p_r + p_l) / PRESSURE_SCALE
+    x = phi / ANGLE_SCALE
+    _powers((p_r - p_l) / PRESSURE_SCALE, powers[0])
+    _powers((p_r + p_l) / PRESSURE_SCALE, powers[1])
     m = k = md = ms = d = s = dd = ds = ss = 0.0
     for pair in range(pairs.shape[1]):
-        b, c = pairs[0, pair], pairs[1, pair]
         p0 = p1 = p2 = 0.0
         for a in range(table.shape[0] - 1, -1, -1):
             p2 = p2 * x + 2.0 * p1
             p1 = p1 * x + p0
             p0 = p0 * x + table[a, pair]
-        ub = u**b
-        vc = v**c
-        ub1 = b * u ** (b - 1) if b > 0 else 0.0
-        vc1 = c * v ** (c - 1) if c > 0 else 0.0
-        ub2 = b * (b - 1) * u ** (b - 2) if b > 1 else 0.0
-        vc2 = c * (c - 1) * v ** (c - 2) if c > 1 else 0.0
-        m += p1 * ub * vc
-        k += p2 * ub * vc
-        md += p1 * ub1 * vc
-        ms += p1 * ub * vc1
-        d += p0 * ub1 * vc
-        s += p0 * ub * vc1
-        dd += p0 * ub2 * vc
-        ds += p0 * ub1 * vc1
-        ss += p0 * ub * vc2
+        u, u1, u2 = powers[0, :, pairs[0, pair]]
+        v, v1, v2 = powers[1, :, pairs[1, pair]]
+        m += p1 * u * v
+        k += p2 * u * v
+        md += p1 * u1 * v
+        ms += p1 * u * v1
+        d += p0 * u1 * v
+        s += p0 * u * v1
+        dd += p0 * u2 * v
+        ds += p0 * u1 * v1
+        ss += p0 * u * v2
     ia, ip = 1.0 / ANGLE_SCALE, 1.0 / PRESSURE_SCALE
     out[0], out[1] = m * ia, k * ia * ia
     out[2], out[3] = -(ms + md) * ia * ip, -(ms - md) * ia * ip
@@ -200,13 +218,16 @@ def unit_answer(table, pairs, limits, angle, right, left, out):  # type: ignore[
 
 @njit(cache=True)
 def _flow(pressure, air, liquid, supply, resistance, duration):  # type: ignore[no-untyped-def]
-    """Flow into a chamber at a step's end and its change with the chamber's pressure; see twin.hydraulics."""
+    """Flow into a chamber at a step's end, its change with the chamber's pressure, the branch's pressure and
+    its change with the supply; see twin.hydraulics.
+    """
     ease = duration / resistance
     half = 0.5 * (air - liquid - supply - ease * (ATMOSPHERE_MPA + pressure))
     root = sqrt(half * half + ease * air * ATMOSPHERE_MPA)
     absolute = air * ATMOSPHERE_MPA / (half + root) if half > 0 else (root - half) / ease
-    slope = ease * absolute / (2.0 * root)
-    return (absolute - ATMOSPHERE_MPA - pressure) / resistance, (slope - 1.0) / resistance
+    stiffening = absolute / (2.0 * root)
+    branch = absolute - ATMOSPHERE_MPA
+    return (branch - pressure) / resistance, (ease * stiffening - 1.0) / resistance, branch, stiffening
 
 
 @njit(cache=True)
@@ -227,6 +248,7 @@ def _run(  # type: ignore[no-untyped-def]
     in_branch, in_chamber = np.zeros(2), np.zeros(2)
     chamber, branch, flow, ease = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
     resistance, leak = fluid[4], fluid[5]
+    powers = np.zeros((2, 3, 1 + int(pairs.max())))
     for step in range(durations.shape[0]):
         h = durations[step]
         instant = 1.0
@@ -239,7 +261,8 @@ def _run(  # type: ignore[no-untyped-def]
             carried[j] = -(instant - 1.0) * before[j]
             for term in range(n_terms):
                 carried[j] += decay[term] * over[term, j]
-        brought = pumped[step] - h * leak * (branch[0] - branch[1])
+        # The leak takes the mean of its drive at both ends of the step; its end is part of the balance.
+        drive, leaked = branch[0] - branch[1], h * leak * (branch[0] - branch[1])
         soft = 1.0 / (instant * scale)
         dash = fluid[6] * instant * own / h
         start[:] = angles
@@ -248,7 +271,7 @@ def _run(  # type: ignore[no-untyped-def]
             e_r, e_l = (chamber[0] - carried[0]) * soft, (chamber[1] - carried[1]) * soft
             miss_r = miss_l = rr = rl = ll = 0.0
             for k in range(n_kinds):
-                unit_answer(tables[k], pairs, limits, angles[k], e_r, e_l, answer[k])
+                unit_answer(tables[k], pairs, limits, angles[k], e_r, e_l, powers, answer[k])
                 a, count = answer[k], counts[k]
                 stiff[k] = instant * a[1] + elastic[k] + dash
                 force = instant * a[0] + carried[k + 2] + elastic[k] * angles[k]
@@ -258,9 +281,14 @@ def _run(  # type: ignore[no-untyped-def]
                 rr += count * (a[6] * soft + a[2] * a[2] / (scale * stiff[k]))
                 rl += count * (a[7] * soft + a[2] * a[3] / (scale * stiff[k]))
                 ll += count * (a[8] * soft + a[3] * a[3] / (scale * stiff[k]))
+            back, give = leaked - 0.5 * h * leak * drive, 1.0
             for i in range(2):
-                supply = brought if i == 0 else -brought
-                flow[i], ease[i] = _flow(chamber[i], fluid[i], in_branch[i], supply, resistance, h)
+                supply = pumped[step] - leaked if i == 0 else leaked - pumped[step]
+                flow[i], ease[i], end, stiffening = _flow(
+                    chamber[i], fluid[i], in_branch[i], supply, resistance, h
+                )
+                back -= 0.5 * h * leak * (end if i == 0 else -end)
+                give += 0.5 * h * leak * stiffening
             gas_r = fluid[2] * ATMOSPHERE_MPA / (ATMOSPHERE_MPA + chamber[0])
             gas_l = fluid[3] * ATMOSPHERE_MPA / (ATMOSPHERE_MPA + chamber[1])
             miss_r += fluid[2] - gas_r - in_chamber[0] - h * flow[0]
@@ -279,14 +307,15 @@ def _run(  # type: ignore[no-untyped-def]
                 largest = max(largest, abs(turn[k]))
             chamber[0] += by_r
             chamber[1] += by_l
-            if max(abs(by_r), abs(by_l)) < TOLERANCE and largest < 1e-6:
+            leaked -= back / give
+            if max(abs(by_r), abs(by_l)) < TOLERANCE and largest < 1e-6 and abs(back) < LEAST_VOLUME:
                 done = True
                 break
         if not done:
             return step
         for i in range(2):
-            supply = brought if i == 0 else -brought
-            flow[i], ease[i] = _flow(chamber[i], fluid[i], in_branch[i], supply, resistance, h)
+            supply = pumped[step] - leaked if i == 0 else leaked - pumped[step]
+            flow[i] = _flow(chamber[i], fluid[i], in_branch[i], supply, resistance, h)[0]
             in_chamber[i] += h * flow[i]
             in_branch[i] += supply - h * flow[i]
             branch[i] = ATMOSPHERE_MPA * (fluid[i] / (fluid[i] - in_branch[i]) - 1.0)
@@ -294,7 +323,7 @@ def _run(  # type: ignore[no-untyped-def]
         now[0], now[1] = e_r, e_l
         bend = 0.0
         for k in range(n_kinds):
-            unit_answer(tables[k], pairs, limits, angles[k], e_r / scale, e_l / scale, answer[k])
+            unit_answer(tables[k], pairs, limits, angles[k], e_r / scale, e_l / scale, powers, answer[k])
             now[k + 2] = answer[k, 0]
             bend += counts[k] * angles[k]
         for j in range(n_kinds + 2):
