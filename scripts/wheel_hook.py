@@ -10,7 +10,7 @@ from typing import Any
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 SOURCES = ("Makefile", "messages.toml", "generate_messages.py", "finger_rig", "native", "simulator/bridge.c")
-BESIDE = ("simulator/README.md", "simulator/LICENSE")
+BESIDE = ("simulator/README.md", "licences")
 BOARD = ("board.elf", "board.hex")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import zipfile
@@ -18,7 +19,8 @@ CARRIED = (
     "tubefoot/firmware/messages.toml",
     "tubefoot/firmware/finger_rig/finger_rig.ino",
     "tubefoot/firmware/simulator/bridge.c",
-    "tubefoot/firmware/simulator/LICENSE",
+    "tubefoot/firmware/licences/arduino-core.txt",
+    "tubefoot/firmware/licences/avr-libc.txt",
     "tubefoot/firmware/build/board.hex",
     "tubefoot/firmware/build/board.elf",
     "tubefoot/report/page.html.j2",
@@ -30,6 +32,7 @@ CARRIED = (
     "tubefoot/reduced/data/reference-12.toml",
     "tubefoot/lab/data/tofu.toml",
 )
+MARK = b"SPDX-License-Identifier: GPL"
 pytestmark = pytest.mark.slow
 
 
@@ -72,6 +75,16 @@ def test_the_wheel_carries_firmware_pages_and_licences(wheel):
     assert not [name for name in CARRIED if name not in names]
     assert not [name for name in names if "__pycache__" in name or name.startswith("tests")]
     assert wheel.stat().st_size < 5e6
+
+
+def test_nothing_in_the_wheel_is_under_the_gpl(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (metadata,) = (name for name in archive.namelist() if name.endswith(".dist-info/METADATA"))
+        field = re.search(r"^License-Expression: (.*)$", archive.read(metadata).decode(), re.MULTILINE)
+        named = [name for name in archive.namelist() if MARK in archive.read(name)]
+    assert field is not None
+    assert set(field[1].split(" AND ")) == {"Apache-2.0", "MIT", "LGPL-2.1-or-later", "BSD-3-Clause"}
+    assert named == []
 
 
 @pytest.fixture(scope="module")

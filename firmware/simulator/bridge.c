@@ -1,8 +1,9 @@
 /* The real firmware in simavr, stepped over a pipe.
  *
- * SPDX-License-Identifier: GPL-3.0-or-later
- * This program links simavr (GPL-3) and is under the GPL itself, see LICENSE beside it. The Tubefoot package only
- * starts it as a process and talks to it over stdin and stdout.
+ * SPDX-License-Identifier: Apache-2.0
+ * This source is Tubefoot's own. A program built from it links simavr, and is as a whole under simavr's licence, the
+ * GPL-3: none is shipped, `make` builds it where it is used. The Tubefoot package only starts it as a process and
+ * talks to it over stdin and stdout.
  *
  *   bridge FIRMWARE.elf [BOOTLOADER.hex]
  *
