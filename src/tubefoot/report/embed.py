@@ -8,7 +8,8 @@ from base64 import b64encode
 from html import escape
 from pathlib import Path
 
-WEBP_QUALITY = 88
+WEBP_QUALITY, WEBP_EFFORT = 88, 4
+"""The highest effort, 6, takes twice the time for one or two percent of the bytes."""
 
 
 def inline_svg(path: Path, key: str, alternative: str) -> str:
@@ -37,7 +38,7 @@ def data_uri(path: Path) -> str:
 
     buffer = io.BytesIO()
     with Image.open(path) as image:
-        image.convert("RGB").save(buffer, "WEBP", quality=WEBP_QUALITY, method=6)
+        image.convert("RGB").save(buffer, "WEBP", quality=WEBP_QUALITY, method=WEBP_EFFORT)
     return "data:image/webp;base64," + b64encode(buffer.getvalue()).decode()
 
 

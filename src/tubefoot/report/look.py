@@ -43,6 +43,8 @@ STYLE: dict[Any, Any] = {
     "figure.dpi": 100.0,
 }
 PRINT_DPI = 200
+PNG_LEVEL = 4
+"""Four percent larger than at zlib's usual level, in half the time."""
 LABEL_POINTS = 8.5
 
 
@@ -107,15 +109,17 @@ def save(canvas: Canvas, directory: Path, key: str, vector: bool) -> tuple[Path,
     from matplotlib import pyplot
 
     files: list[Path] = []
-    if canvas.get_layout_engine() is not None:
-        # Laid out once: a second pass would cost as much as the drawing.
-        canvas.draw_without_rendering()
+    layout = canvas.get_layout_engine()
+    if layout is not None:  # once, not again in each file's drawing
+        layout.execute(canvas)
         canvas.set_layout_engine("none")
     for kind in ("png", "svg")[: 2 if vector else 1]:
         buffer = io.BytesIO()
         # No date: the same records give the same file.
-        metadata = {"Date": None} if kind == "svg" else None
-        canvas.savefig(buffer, format=kind, dpi=PRINT_DPI, metadata=metadata)
+        how: dict[str, Any] = (
+            {"metadata": {"Date": None}} if kind == "svg" else {"pil_kwargs": {"compress_level": PNG_LEVEL}}
+        )
+        canvas.savefig(buffer, format=kind, dpi=PRINT_DPI, **how)
         files.append(write_whole(directory / f"{key}.{kind}", buffer.getvalue()))
     pyplot.close(canvas)
     return files[0], files[1] if vector else None
