@@ -25,7 +25,6 @@ import numpy as np
 
 from tubefoot.cli.grasp_stage import VirtualGrasp, virtual_grasp
 from tubefoot.control.damage import damage_of
-from tubefoot.control.first_contact import grip_lever
 from tubefoot.control.grasp_loop import GraspLoop
 from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_settings import GraspSettings, TrialSettings
@@ -97,9 +96,9 @@ def run_trial(trial: int, free: bool = False, tuning: bool = False) -> dict[str,
     trial : its number; free : without an object; tuning : of the benches for tuning
     """
     draw = drawn(trial, free, tuning)
-    finger, settings = reference_file().to_finger(), GraspSettings(test=TrialSettings(shake_s=0.0))
-    lever = grip_lever(finger, settings.height_mm)
-    protocol = GraspProtocol(draw.what, draw.pose, finger, lever, settings)
+    content, settings = reference_file(), GraspSettings(test=TrialSettings(shake_s=0.0))
+    finger, memory = content.to_finger(), content.to_prony()
+    protocol = GraspProtocol(draw.what, draw.pose, finger, settings, memory=memory)
     began = time.process_time()
     row = _drawn_columns(trial, free, draw) | {"goal_n": protocol.goal.force}
     try:
@@ -281,6 +280,7 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--first", type=int, default=0, help="number of the first trial")
     parser.add_argument("--free", action="store_true", help="closings without an object")
     parser.add_argument("--tuning", action="store_true", help="benches for tuning instead of the verdict's")
     parser.add_argument("--out", type=Path, default=Path("build/grasps.csv"))
@@ -295,7 +295,7 @@ def main() -> None:
         writer = csv.DictWriter(file, COLUMNS)
         if not done:
             writer.writeheader()
-        for trial in range(given.count):
+        for trial in range(given.first, given.first + given.count):
             if trial in done:
                 continue
             row = run_trial(trial, given.free, given.tuning)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from tubefoot.control.first_contact import grip_lever
 from tubefoot.control.grasp_contract import Decision, FingerView, GripView
 from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_settings import GraspPulses, GraspSettings
@@ -64,7 +63,6 @@ def protocol_of(settings: GraspSettings | None = None, coupled: bool = False) ->
         known_object("blueberry"),
         "front",
         FINGER,
-        grip_lever(FINGER, 70.0),
         settings or GraspSettings(),
         coupled,
     )

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from tubefoot.cli.grasp_stage import VirtualGrasp, virtual_grasp
-from tubefoot.control.first_contact import grip_lever
 from tubefoot.control.grasp_loop import GraspLoop
 from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_settings import GraspSettings, TrialSettings
@@ -29,7 +28,7 @@ from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.finger import FingerReading
 
 BERRY = known_object("blueberry")
-FINGER = reference_file().to_finger()
+FINGER, MEMORY = reference_file().to_finger(), reference_file().to_prony()
 SHORT = GraspSettings(test=TrialSettings(hold_s=1.0, lift_s=1.0, lift_mm=10.0, shake_s=0.5))
 
 
@@ -53,7 +52,7 @@ def pulsed(bench: GripperBench, which: tuple[int, ...]) -> tuple[float, float]:
 
 def grasped(virtual: VirtualGrasp) -> tuple[GraspProtocol, GraspLoop, dict[str, object]]:
     """A short grasp of a blueberry."""
-    protocol = GraspProtocol(BERRY, "front", FINGER, grip_lever(FINGER, 70.0), SHORT, virtual.make.pumps == 1)
+    protocol = GraspProtocol(BERRY, "front", FINGER, SHORT, virtual.make.pumps == 1, MEMORY)
     with virtual_grasp(BERRY, "front", SHORT, RigSettings(), virtual) as stage:
         loop = GraspLoop(stage.rigs, stage.angles, stage.hands, further=stage.further)
         loop.run(protocol)
@@ -106,7 +105,7 @@ class LateAngles:
 
 def test_markers_hidden_at_first_are_waited_for(tmp_path: Path) -> None:
     """No pulse until they are seen; and a trace without any angle can be drawn."""
-    protocol = GraspProtocol(BERRY, "front", FINGER, grip_lever(FINGER, 70.0))
+    protocol = GraspProtocol(BERRY, "front", FINGER)
     with bench_of() as bench:
         for rig in bench.rigs:
             rig.connect()

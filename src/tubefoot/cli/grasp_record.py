@@ -111,16 +111,15 @@ def carry_out(
     run : its directory; stage : to be opened; thing, pose : what is grasped; settings : of the grasp
     coupled : one pump for both fingers; seed : None on the real bench; say : told of each phase
     """
-    from tubefoot.control.first_contact import grip_lever
     from tubefoot.control.grasp_loop import GraspLoop
     from tubefoot.control.grasp_protocol import GraspProtocol
     from tubefoot.records import write_json, write_table
     from tubefoot.reduced.files import reference_file
     from tubefoot.report.grasping import draw_grasp
 
-    finger = reference_file().to_finger()
-    lever = grip_lever(finger, settings.height_mm)
-    protocol = GraspProtocol(thing, pose, finger, lever, settings, coupled)
+    content = reference_file()
+    finger, memory = content.to_finger(), content.to_prony()
+    protocol = GraspProtocol(thing, pose, finger, settings, coupled, memory)
     if not protocol.goal.within_bounds:
         say(
             f"note: a grip of {protocol.goal.force:.3f} N is wanted against slip, but {thing.name} bears no "

@@ -72,6 +72,7 @@ def virtual_grasp(
     what : the object; pose : front or side; settings : of the grasp; rig : of both rigs
     virtual : what is simulated; recordings : files to record into, one a rig, none if empty
     """
+    from tubefoot.control.placing import placing_height
     from tubefoot.lab.recorder import Recorder
     from tubefoot.lab.sensing import measure_neutral
     from tubefoot.twin.gripper_bench import GripperBench
@@ -114,7 +115,7 @@ def virtual_grasp(
         test = settings.test
         hands = SimulatedHands(
             bench,
-            settings.height_mm,
+            placing_height(what, pose, settings, bench.layout.length_mm),
             virtual.error,
             (test.lift_mm, test.lift_s),
             (test.shake_mm, test.shake_hz, test.shake_s),

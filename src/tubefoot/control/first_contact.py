@@ -8,13 +8,14 @@ contact is where both sums are large.
 
 After contact the two halves tell the force. The pressures' moment A dp bends every unit alike; the force F at
 the height z_c takes its moment F (z_c - z) from each unit below it, arms that sum to a_1 over the lower and
-a_2 over the upper half. The wall, of stiffness k, bears what is left:
+a_2 over the upper half. The wall bears what is left: k b_i, with its stiffness k at rest and b_i the turn of
+a half at which the relaxed wall would bear as much (`wall_memory`; the angles themselves creep):
 
-    theta2 - theta1 = F (a_1 - a_2) / k,     free: bend = n A dp / k = g dp
-    F = n A / g (theta2 - theta1) / (a_1 - a_2)
+    free:  b_1 = r b_2,  b_1 + b_2 = n A dp / k = g dp
+    F = n A / g (r b_2 - b_1) / (a_1 - r a_2)
 
-counted from the last free pause. The stiffness of this print, and how far it has relaxed, are in g, which was
-measured; A is geometry, from the reduced finger.
+counted from the last free pause. The stiffness of this print is in g, which was measured; A is geometry, from
+the reduced finger.
 """
 
 from __future__ import annotations
@@ -33,11 +34,10 @@ RATIO_PRIOR, RATIO_WEIGHT = 1.0, 1.0 * DEG
 """Turn of the lower over the upper half of a free finger before any is seen, and its weight as a turn
 [rad]."""
 RATIO_RANGE = (0.5, 2.5)
+GAIN_RANGE = (0.2, 5.0)
+"""Of the ratios that are learnt: lower over upper half; bend for a pressure over the identified one."""
 LEAST_TURN, LEAST_PRESSURE = 0.15 * DEG, 0.5 * KPA
 """Changes below which a pulse teaches nothing [rad, MPa]."""
-SOON_OVER_RELAXED = 0.4
-"""Bend some seconds after a pulse over the relaxed one, for a finger that touches before its own is
-learnt."""
 
 
 @dataclass(frozen=True)
@@ -47,12 +47,20 @@ class Pause:
     theta1, theta2 : turn of the lower and the upper half [rad]; nan where markers were lost
     bend : of the tip [rad]
     pressure : of the chamber that bends inward less that of the other [MPa]
+    borne : turns of both halves at which the relaxed wall would bear as much [rad]; the turns themselves, as
+        of a wall without memory, if not given
     """
 
     theta1: float
     theta2: float
     bend: float
     pressure: float
+    borne: tuple[float, float] | None = None
+
+    @property
+    def load(self) -> tuple[float, float]:
+        """What the walls of the lower and the upper half bear, as turns of the relaxed wall [rad]."""
+        return self.borne or (self.theta1, self.theta2)
 
     @property
     def known(self) -> bool:
@@ -65,13 +73,23 @@ class GripLever:
     """How a contact force acts on the finger.
 
     moment : moment of all units for a pressure difference, n A [N mm/MPa]
-    arm : arms summed over the lower half less those over the upper one [mm]
-    gain : bend for a pressure difference while the wall has hardly relaxed, before it is learnt [rad/MPa]
+    lower, upper : arms summed over the units of either half [mm]
+    gain : bend of the relaxed finger for a pressure difference, before it is learnt [rad/MPa]
+    half : number of units of a half
     """
 
     moment: float
-    arm: float
+    lower: float
+    upper: float
     gain: float
+    half: float
+
+    def reach(self, pause: Pause) -> float:
+        """How far inward the flank has moved at the contact's height, against the straight finger [mm].
+
+        pause : its angles; each half is taken as an arc
+        """
+        return (self.lower * pause.theta1 + self.upper * pause.theta2) / self.half
 
 
 def grip_lever(finger: ReducedFinger, height: float) -> GripLever:
@@ -85,7 +103,9 @@ def grip_lever(finger: ReducedFinger, height: float) -> GripLever:
     arms = np.maximum(height - middles, 0.0)
     lower = middles < finger.length / 2
     relaxed = float((at_rest.coupling / at_rest.stiffness).sum(axis=1) @ (0.5, -0.5))
-    return GripLever(moment, float(arms[lower].sum() - arms[~lower].sum()), SOON_OVER_RELAXED * relaxed)
+    return GripLever(
+        moment, float(arms[lower].sum()), float(arms[~lower].sum()), relaxed, finger.n_units / 2.0
+    )
 
 
 class ContactSense:
@@ -105,8 +125,8 @@ class ContactSense:
         self.touching = False
         self.shape_lag = self.pressure_lag = 0.0
         self._last: Pause | None = None
-        self._free: deque[tuple[float, float, float, float]] = deque(maxlen=settings.learnt_pulses)
-        self._gain = lever.gain
+        self._free: deque[tuple[float, ...]] = deque(maxlen=settings.learnt_pulses)
+        self._gain, self._ratio = lever.gain, RATIO_PRIOR
         self._from: Pause | None = None
 
     def observe(self, pause: Pause) -> bool:
@@ -122,6 +142,7 @@ class ContactSense:
             return self.touching
         lower, upper = pause.theta1 - last.theta1, pause.theta2 - last.theta2
         turned, pressed = pause.bend - last.bend, pause.pressure - last.pressure
+        loaded = sum(pause.load) - sum(last.load)
         lag_shape, lag_pressure = self._lags(lower, upper, turned, pressed)
         slack = self.settings.slack_deg * DEG
         self.shape_lag = max(0.0, self.shape_lag + lag_shape - slack)
@@ -130,7 +151,7 @@ class ContactSense:
             self._from = last if self.shape_lag > 0.0 else pause
         self.touching = self._sure()
         if not self.touching and self.shape_lag < 0.5 * self.settings.shape_deg * DEG:
-            self._free.append((lower, upper, turned, pressed))
+            self._free.append((lower, upper, turned, pressed, loaded))
         return self.touching
 
     def force(self, pause: Pause) -> float:
@@ -140,21 +161,23 @@ class ContactSense:
         """
         if not self.touching or self._from is None:
             return 0.0
-        start = self._from
-        apart = (pause.theta2 - start.theta2) - (pause.theta1 - start.theta1)
-        return max(0.0, self._lever.moment / self._gain * apart / self._lever.arm)
+        lower, upper = (now - then for now, then in zip(pause.load, self._from.load, strict=True))
+        apart = self._ratio * upper - lower
+        arm = self._lever.lower - self._ratio * self._lever.upper
+        return max(0.0, self._lever.moment / self._gain * apart / arm)
 
     def _lags(self, lower: float, upper: float, turned: float, pressed: float) -> tuple[float, float]:
         """How far the lower half and the whole finger lag behind free bending in one pulse [rad]."""
-        sums = np.array(list(self._free) or [(0.0, 0.0, 0.0, 0.0)]).sum(axis=0)
+        sums = np.array(list(self._free) or [(0.0,) * 5]).sum(axis=0)
         ratio = (sums[0] + RATIO_PRIOR * RATIO_WEIGHT) / (sums[1] + RATIO_WEIGHT)
-        ratio = float(np.clip(ratio, *RATIO_RANGE))
-        shape = ratio * upper - lower
+        self._ratio = float(np.clip(ratio, *RATIO_RANGE))
+        shape = self._ratio * upper - lower
         known = len(self._free) >= 2 and sums[3] > LEAST_PRESSURE and sums[2] > LEAST_TURN
         if not known:
             return shape, 0.0
-        self._gain = float(sums[2] / sums[3])
-        return shape, self._gain * pressed - turned
+        self._gain = max(float(sums[4] / sums[3]), GAIN_RANGE[0] * self._lever.gain)
+        self._gain = min(self._gain, GAIN_RANGE[1] * self._lever.gain)
+        return shape, float(sums[2] / sums[3]) * pressed - turned
 
     def _sure(self) -> bool:
         """Whether the sums are large: that of the shape alone, or both."""

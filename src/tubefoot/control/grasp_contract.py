@@ -44,12 +44,14 @@ class Decision:
     """What to do now.
 
     pulses : direction of each finger's pulse, inward +1, 0 for none; duration : of them [s]
-    request : to the hands, empty for none
+    request : to the hands, empty for none; optional : pulses that are left out where pressure forbids them,
+        instead of waited for
     """
 
     pulses: tuple[int, int] = (0, 0)
     duration: float = 0.0
     request: Request = ""
+    optional: bool = False
 
 
 WAIT = Decision()
@@ -62,6 +64,7 @@ class Outcome:
     contact_pulse : inward pulse after which each finger's contact was sure, 0 if never
     contact_time : when that was [s]
     grip_pulses : inward pulses after contact; inward_pulses, outward_pulses : of either kind
+    keep_pulses : pulses of either kind that kept force and place of the free object
     grip_force : last estimate of each finger's force [N]
     reason : why it ended; gripped : whether an object was gripped
     """
@@ -69,6 +72,7 @@ class Outcome:
     contact_pulse: list[int] = field(default_factory=lambda: [0, 0])
     contact_time: list[float] = field(default_factory=lambda: [float("nan")] * 2)
     grip_pulses: int = 0
+    keep_pulses: int = 0
     inward_pulses: int = 0
     outward_pulses: int = 0
     grip_force: list[float] = field(default_factory=lambda: [0.0, 0.0])

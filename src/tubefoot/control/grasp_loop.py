@@ -163,10 +163,13 @@ class GraspLoop:
         """The protocol's, once the hands have done what they were asked for."""
         if self._hands_ready is not None:
             if now < self._hands_ready:
-                return Decision()
+                return protocol.meanwhile(view)
             self._hands_ready = None
             protocol.hands_done(now)
-        return self._waiting or protocol.decide(view)
+        if self._waiting is None:
+            return protocol.decide(view)
+        protocol.see(view)
+        return self._waiting
 
     def _look(self, side: int) -> None:
         """Take the next reading of a finger; keep the last where there is none."""
@@ -234,6 +237,8 @@ class GraspLoop:
         for sample, guard, direction in zip(samples, guards, directions, strict=True):
             right, left = sample.gauge_pressures[:2]
             if direction and guard.forbids_pulse(direction, (right, left)):
+                if decision.optional:
+                    return
                 self._wait_for_pressure(decision, guard.describe((right, left)), protocol, now)
                 return
         self._waiting, self._held_back = None, 0.0

@@ -11,18 +11,19 @@ rig, a camera or a simulator: `grasp_loop` does.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-import numpy as np
-
-from tubefoot.control.first_contact import ContactSense, GripLever, Pause
-from tubefoot.control.grasp_contract import WAIT, Decision, FingerView, GripView, Outcome, Phase, Request
+from tubefoot.control.first_contact import ContactSense, Pause, grip_lever
+from tubefoot.control.grasp_contract import WAIT, Decision, GripView, Outcome, Phase, Request
 from tubefoot.control.grasp_settings import GraspSettings
-from tubefoot.control.grip_goal import GripGoal, free_width
+from tubefoot.control.grip_goal import GripGoal
+from tubefoot.control.grip_keeping import GripBuilder, GripKeeper
+from tubefoot.control.pauses import JUDGED_S, PauseWatch
+from tubefoot.control.placing import free_width, placing_height
 from tubefoot.lab.grasp_object import GraspObject, Pose
 from tubefoot.reduced.finger import ReducedFinger
+from tubefoot.reduced.relaxation import NO_RELAXATION, Prony
 
-JUDGED_S = 0.25
-"""Last part of a pause, over which frames and pressures are averaged [s]."""
 SETTLE_S = 1.0
 """After the hand has let go, before the hold counts [s]."""
 RELEASED_PULSES = 3
@@ -33,6 +34,7 @@ class GraspProtocol:
     """One grasp, from straight fingers to the object let go.
 
     phase : where it is; outcome : what it came to
+    goal : of the grip; height : at which the object's middle is to be held [mm]
     """
 
     def __init__(
@@ -40,15 +42,15 @@ class GraspProtocol:
         what: GraspObject,
         pose: Pose,
         finger: ReducedFinger,
-        lever: GripLever,
         settings: GraspSettings | None = None,
         coupled: bool = False,
+        memory: Prony = NO_RELAXATION,
     ):
         """Set it up.
 
         what : the object; pose : front or side; finger : the reduced finger, for its geometry
-        lever : of a contact at the object's height; settings : of the grasp; coupled : one pump for both
-            fingers
+        settings : of the grasp; coupled : one pump for both fingers
+        memory : how the fingers' walls relax
         """
         self.settings = settings or GraspSettings()
         self.phase: Phase = "open"
@@ -56,12 +58,15 @@ class GraspProtocol:
         self.goal = GripGoal.of(what, pose, self.settings.grip)
         self._needed = free_width(what, pose, self.settings)
         self._finger = finger
-        self._low = self.settings.height_mm - 0.5 * what.sizes(pose)[2]
+        self.height = placing_height(what, pose, self.settings, finger.length)
+        self._low = self.height - 0.5 * what.sizes(pose)[2]
+        lever = grip_lever(finger, self.height)
         self._senses = tuple(ContactSense(self.settings.contact, lever) for _ in range(2))
         self._coupled = coupled
-        self._views: list[GripView] = []
+        self._builder = GripBuilder(self.goal, self.settings.grip, coupled)
+        self._keeper = GripKeeper(self.goal, self.settings.grip, lever, coupled)
+        self._watch = PauseWatch(memory)
         self._since = float("nan")
-        self._pulsed_until = -np.inf
         self._count = 0
 
     @property
@@ -79,23 +84,33 @@ class GraspProtocol:
 
         view : the newest; times never go back
         """
-        if view.pumping:
-            self._views.clear()
-            self._pulsed_until = view.time
-            return WAIT
-        self._views.append(view)
-        if self.phase == "done":
+        self.see(view)
+        if view.pumping or self.phase == "done":
             return WAIT
         if self.phase in ("open", "close", "grip", "let go"):
-            pause = self.settings.pulses.pause_s if self._count else JUDGED_S
-            if view.time < max(self._pulsed_until + pause, self._views[0].time + JUDGED_S):
+            if not self._judgeable():
                 return WAIT
-            if self.phase in ("close", "grip") and not all(pause.known for pause in self._pauses()):
-                return self._blind(view)
+            if self.phase in ("close", "grip") and not all(pause.known for pause in self._watch.pauses()):
+                return self._blind()
             return {"open": self._open, "close": self._close, "grip": self._grip, "let go": self._let_go}[
                 self.phase
             ]()
         return self._test(view)
+
+    def see(self, view: GripView) -> None:
+        """Take a view without a decision, as while a pulse waits for lower pressures.
+
+        view : the newest
+        """
+        self._watch.see(view)
+
+    def meanwhile(self, view: GripView) -> Decision:
+        """What to do while the hands do what they were asked for: a grip is kept.
+
+        view : the newest
+        """
+        self.see(view)
+        return self._keep() if self.phase in ("lift", "shake") and not view.pumping else WAIT
 
     def give_up(self, reason: str) -> None:
         """End the grasp where it is.
@@ -111,7 +126,7 @@ class GraspProtocol:
         time : now [s]
         """
         self._since = time
-        self._views.clear()
+        self._watch.begin_anew()
         following: dict[Phase, Phase] = {
             "place": "close",
             "release": "settle",
@@ -127,7 +142,7 @@ class GraspProtocol:
     def _open(self) -> Decision:
         pulses = self.settings.pulses
         wanted = pulses.outward
-        pauses = self._pauses()
+        pauses = self._watch.pauses()
         narrow = [self._opening(pause.bend) < self._needed for pause in pauses]
         if wanted is None and self._count and not any(narrow):
             return self._ask("place")
@@ -147,11 +162,11 @@ class GraspProtocol:
 
     def _close(self) -> Decision:
         pulses = self.settings.pulses
-        pauses = self._pauses()
+        pauses = self._watch.pauses()
         for side, (sense, pause) in enumerate(zip(self._senses, pauses, strict=True)):
             if not sense.touching and sense.observe(pause):
                 self.outcome.contact_pulse[side] = self._count
-                self.outcome.contact_time[side] = self._views[-1].time
+                self.outcome.contact_time[side] = self._watch.now
         if all(self.touching):
             return self._contact_sure(pauses)
         if self._count >= pulses.inward_max or self._met(pauses):
@@ -172,24 +187,16 @@ class GraspProtocol:
         return self._grip(pauses)
 
     def _grip(self, pauses: Sequence[Pause] | None = None) -> Decision:
-        seen = pauses or self._pauses()
-        forces = [sense.force(pause) for sense, pause in zip(self._senses, seen, strict=True)]
-        self.outcome.grip_force = forces
-        firm = [force >= self.goal.force for force in forces]
-        enough = min(forces) >= self.goal.force or max(forces) >= self.goal.most
-        if enough or self.outcome.grip_pulses >= self.settings.grip.pulses_max:
-            if not enough:
-                self.outcome.reason = (
-                    f"grip of {min(forces):.3f} N instead of {self.goal.force:.3f} N after "
-                    f"{self.outcome.grip_pulses} pulses"
-                )
+        forces = self._felt(pauses or self._watch.pauses())
+        which = self._builder.pulses(forces)
+        if which == (0, 0):
+            self.outcome.reason = self._builder.shortcoming
             if self.settings.grip.release == "contact":
-                self.phase, self._since = "hold", self._views[-1].time
+                self.phase, self._since = "hold", self._watch.now
                 return WAIT
             return self._ask("release")
         self.outcome.grip_pulses += 1
         self.outcome.inward_pulses += 1
-        which = (1, 1) if self._coupled else (int(not firm[0]), int(not firm[1]))
         return self._pulse(which, self.settings.grip.inward_s)
 
     def _let_go(self) -> Decision:
@@ -207,24 +214,42 @@ class GraspProtocol:
                 self.phase, self._count = "grip", 0
                 return WAIT
             self.phase, self._since = "hold", view.time
-        elif self.phase == "hold" and view.time >= self._since + self.settings.test.hold_s:
+        if self.phase == "hold" and view.time >= self._since + self.settings.test.hold_s:
             return self._ask("lift")
-        elif self.phase == "shake":
+        if self.phase == "shake":
             return Decision(request="shake")
-        elif self.phase == "lower":
+        if self.phase == "lower":
             return Decision(request="lower")
-        return WAIT
+        return self._keep() if self.phase in ("settle", "hold") else WAIT
 
-    def _blind(self, view: GripView) -> Decision:
+    def _blind(self) -> Decision:
         """No pulse without the angles that tell contact and force; give up in the end."""
-        if view.time - self._views[0].time > self.settings.patience_s:
+        if self._watch.now - self._watch.still_since > self.settings.patience_s:
             self.give_up(
                 f"link lost: the turn of a finger's halves was not seen for {self.settings.patience_s:g} s; "
                 "look for markers that are hidden"
             )
         return WAIT
 
+    def _keep(self) -> Decision:
+        """Keep force and place of the free object."""
+        if not self._judgeable():
+            return WAIT
+        pauses = self._watch.pauses()
+        if not all(pause.known for pause in pauses):
+            return WAIT
+        which = self._keeper.pulses(pauses, self._felt(pauses))
+        if which == (0, 0):
+            return WAIT
+        self.outcome.keep_pulses += 1
+        return replace(self._pulse(which, self.settings.grip.keep_s), optional=True)
+
     # ---- tools ---------------------------------------------------------------------------------------------
+
+    def _felt(self, pauses: Sequence[Pause]) -> list[float]:
+        """Both forces, estimated and noted [N]."""
+        self.outcome.grip_force = [s.force(pause) for s, pause in zip(self._senses, pauses, strict=True)]
+        return self.outcome.grip_force
 
     def _ask(self, request: Request) -> Decision:
         assert request in ("place", "release", "lift")
@@ -233,8 +258,7 @@ class GraspProtocol:
 
     def _pulse(self, which: tuple[int, int], duration: float) -> Decision:
         self._count += 1
-        self._pulsed_until = self._views[-1].time + duration
-        self._views.clear()
+        self._watch.begin_anew(duration)
         return Decision(which, duration)
 
     def _opening(self, bend: float) -> float:
@@ -250,20 +274,5 @@ class GraspProtocol:
         """Whether the fingers have met in the middle without an object between them."""
         return sum(self._opening(pause.bend) for pause in pauses) <= 0.0
 
-    def _pauses(self) -> tuple[Pause, Pause]:
-        """What both fingers showed in the last part of the pause."""
-        last = self._views[-1].time
-        judged = [view for view in self._views if view.time >= last - JUDGED_S]
-        right, left = (_mean([view.fingers[side] for view in judged]) for side in (0, 1))
-        return right, left
-
-
-def _mean(views: list[FingerView]) -> Pause:
-    angles = np.array([(view.theta1, view.theta2, view.bend) for view in views])
-    pressures = np.array([view.pressures for view in views])
-    known = np.isfinite(angles)
-    means = [
-        float(column[mask].mean()) if mask.any() else float("nan")
-        for column, mask in zip(angles.T, known.T, strict=True)
-    ]
-    return Pause(means[0], means[1], means[2], float((pressures[:, 0] - pressures[:, 1]).mean()))
+    def _judgeable(self) -> bool:
+        return self._watch.judgeable(self.settings.pulses.pause_s if self._count else JUDGED_S)

@@ -50,7 +50,7 @@ class GripSettings(Settings):
 
     friction_min: float = Field(default=0.4, gt=0, le=3)
     """coefficient that the grip relies on, whatever the object's file says"""
-    safety: float = Field(default=2.0, ge=1, le=20)
+    safety: float = Field(default=1.5, ge=1, le=20)
     """grip force over what friction needs to bear the weight"""
     damage_share: float = Field(default=0.5, gt=0, le=1)
     """of the force that the object bears, not exceeded by the grip"""
@@ -58,6 +58,14 @@ class GripSettings(Settings):
     """inward pulses after contact at most"""
     inward_s: float = Field(default=0.12, gt=0, le=5)
     """duration of a pulse after contact"""
+    stalled_pulses: int = Field(default=8, ge=2, le=100)
+    """pulses that add less than a twentieth of the wanted force: then more would only curl the fingers"""
+    keep_s: float = Field(default=0.08, gt=0, le=5)
+    """duration of a pulse that keeps the free object's place, or the force on it"""
+    keep_share: float = Field(default=0.85, ge=0, le=1)
+    """of the wanted force; below it the grip is made firmer while it holds"""
+    keep_mm: float = Field(default=0.4, gt=0, le=50)
+    """sideways drift of the free object from which on it is put back"""
     release: Literal["grip", "contact"] = "grip"
     """when the hand lets go: when the grip is firm, or at first contact as in the paper"""
 
@@ -82,8 +90,9 @@ class TrialSettings(Settings):
 class GraspSettings(Settings):
     """All settings of a grasp."""
 
-    height_mm: float = Field(default=70.0, ge=10, le=500)
-    """middle of the object above the outer face of the base"""
+    height_mm: float | None = Field(default=None, ge=1, le=500)
+    """middle of the object above the outer face of the base; if not given, the top of what has an edge is
+    level with the fingertips, and the middle of a round object 22 mm below them"""
     gap_mm: float = Field(default=8.0, ge=0, le=200)
     """between the facing crests of the straight fingers"""
     margin_kpa: float = Field(default=8.0, ge=0, le=50)

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from math import inf
 
-from tubefoot.control.grasp_settings import GraspSettings, GripSettings
+from tubefoot.control.grasp_settings import GripSettings
 from tubefoot.lab.grasp_object import GraspObject, Pose
 from tubefoot.units import KPA
 
@@ -56,11 +56,3 @@ def bearable_forces(what: GraspObject, pose: Pose) -> dict[str, float | None]:
         and damage.compression_share * width * what.firmness(pose),
         "compression": damage.compression_kpa and damage.compression_kpa * KPA * what.face_area(pose),
     }
-
-
-def free_width(what: GraspObject, pose: Pose, settings: GraspSettings) -> float:
-    """Half the width to which the fingers open before the object is placed [mm].
-
-    what : the object; pose : front or side; settings : of the grasp
-    """
-    return 0.5 * what.sizes(pose)[0] + settings.pulses.clearance_mm
