@@ -20,12 +20,13 @@ SERIOUS = ("serious", "critical")
 
 @contextmanager
 def browser() -> Iterator[Any]:
-    """A Playwright browser without a display, with software WebGL; skips where there is no Chromium."""
-    playwright = pytest.importorskip("playwright.sync_api")
+    """A Playwright browser without a display, with software WebGL; fails where there is no Chromium."""
+    from playwright.sync_api import sync_playwright
+
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
-        pytest.skip("no Chromium here; Debian: apt-get install chromium")
-    with playwright.sync_playwright() as driver:
+        pytest.fail("pages cannot be tested: no Chromium here; Debian: apt-get install chromium")
+    with sync_playwright() as driver:
         launched = driver.chromium.launch(
             executable_path=chromium, args=["--no-sandbox", "--disable-dev-shm-usage", *SOFTWARE_OPENGL]
         )
@@ -52,7 +53,7 @@ def page_of(browsing: Any, address: str, width: int = 1280, height: int = 900) -
 
 
 def axe_source() -> str:
-    """The text of axe-core, installed by npm into `build/npm` at first use; skips where there is no npm."""
+    """The text of axe-core, installed by npm into `build/npm` at first use; fails where there is no npm."""
     script = NPM_FOLDER / "node_modules" / "axe-core" / "axe.min.js"
     NPM_FOLDER.mkdir(parents=True, exist_ok=True)
     with (NPM_FOLDER / "lock").open("w") as lock:
@@ -60,12 +61,12 @@ def axe_source() -> str:
         if not script.exists():
             npm = shutil.which("npm")
             if npm is None:
-                pytest.skip("no npm here; Debian: apt-get install npm")
+                pytest.fail("axe-core cannot be installed: no npm here; Debian: apt-get install npm")
             shutil.copy(ROOT / "tests" / "package.json", NPM_FOLDER)
             command = [npm, "install", "--silent", "--no-package-lock", "--no-audit"]
             done = subprocess.run(command, cwd=NPM_FOLDER, capture_output=True, text=True, timeout=300)
             if done.returncode:
-                pytest.skip(f"npm could not install axe-core: {done.stderr[-300:]}")
+                pytest.fail(f"npm could not install axe-core: {done.stderr[-300:]}")
     return script.read_text(encoding="utf-8")
 
 
