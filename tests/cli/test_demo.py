@@ -1,6 +1,7 @@
 """The verbs `demo` and `report` as a user runs them."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -62,7 +63,7 @@ def test_time_left_follows_the_pace_since_the_start(monkeypatch, capsys):
         Stage("six", 6.0, lambda directory, tell: None),
     )
     progress = Progress([three, six])
-    tell = progress.of(three)
+    tell = partial(progress.note, three)
     tell(0.0, "begins")
     assert "left" not in capsys.readouterr().out
     now[0] = 10.0
@@ -70,7 +71,6 @@ def test_time_left_follows_the_pace_since_the_start(monkeypatch, capsys):
     # Half of the 3 took 10 s; 7.5 of 9 are to come.
     assert "[1 of 2] three: 17.50 kPa, about 50 s left" in capsys.readouterr().out
     progress.finished(three)
-    progress.of(six)
     progress.finished(six)
     assert "six: done already" in capsys.readouterr().out
 
@@ -79,7 +79,7 @@ def test_time_left_does_not_count_what_an_interrupted_run_had(monkeypatch, capsy
     now = [0.0]
     monkeypatch.setattr(demo_module.time, "perf_counter", lambda: now[0])
     stage = Stage("long", 10.0, lambda directory, tell: None)
-    tell = Progress([stage]).of(stage)
+    tell = partial(Progress([stage]).note, stage)
     tell(0.5, "goes on")
     now[0] = 5.0
     tell(0.75, "goes on")
@@ -117,7 +117,7 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     monkeypatch.setattr(demo_grasps, "grasp_stages", lambda quick: [])
     monkeypatch.setattr(demo_bending, "bending_stages", lambda quick: [])
     monkeypatch.setattr(demo_validation, "validation_stages", lambda: [])
-    demo(out=tmp_path, quick=True)
+    demo(out=tmp_path, quick=True, workers=1)
     judged = json.loads((tmp_path / "claims.json").read_text())
     assert [claim["id"] for claim in judged] == ["C1", "C2", "C3", "C4", "C5", "C6", "C7", "C8", "C10"]
     assert {claim["id"]: claim["verdict"] for claim in judged}["C10"] == "holds"
@@ -132,6 +132,6 @@ def test_a_demo_is_judged_reported_and_not_repeated(tmp_path, monkeypatch, capsy
     assert len(states) > 10
     capsys.readouterr()
 
-    demo(out=tmp_path, quick=True)
+    demo(out=tmp_path, quick=True, workers=1)
     assert capsys.readouterr().out.count("done already") == len(planned) + 1
     assert [path.stat().st_mtime_ns for path in states] == solved

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
+from cyclopts.validators import Number
 
 if TYPE_CHECKING:
     from tubefoot.cli.demo_stages import Stage
@@ -18,6 +20,7 @@ def demo(
     out: Path = Path("out/demo"),
     quick: Annotated[bool, Parameter(negative="")] = False,
     overwrite: Annotated[bool, Parameter(negative="")] = False,
+    workers: Annotated[int | None, Parameter(validator=Number(gte=1, lte=64))] = None,
 ) -> None:
     """Run the whole paper on embedded defaults, judge its claims, and write one report of it all.
 
@@ -33,8 +36,11 @@ def demo(
         Coarser meshes and fewer states, in a directory of their own.
     overwrite
         Do again also what is finished.
+    workers
+        Stages side by side, each in a process of its own; one per processor, at most 4, when not given.
     """
     from tubefoot.cli.demo_stages import judge, stages
+    from tubefoot.cli.demo_workers import run_side_by_side, usual_workers
     from tubefoot.records import Run, write_json
     from tubefoot.report.build import write_report
 
@@ -42,12 +48,15 @@ def demo(
     run = Run(out, "demo", {"quick": quick, "stages": [stage.name for stage in planned]})
     root = run.path("quick" if quick else "full")
     progress = Progress(planned)
-    for stage in planned:
-        directory = root / stage.name
-        if overwrite:
-            remove_run(directory)
-        stage.run(directory, progress.of(stage))
-        progress.finished(stage)
+    if overwrite:
+        for stage in planned:
+            remove_run(root / stage.name)
+    if (number := workers or usual_workers()) > 1:
+        run_side_by_side(planned, quick, root, number, progress.note, progress.finished)
+    else:
+        for stage in planned:
+            stage.run(root / stage.name, partial(progress.note, stage))
+            progress.finished(stage)
     claims = judge(root)
     write_json(run.path("claims.json"), [claim.as_record() for claim in claims])
     directories = [root / stage.name for stage in planned]
@@ -85,38 +94,28 @@ class Progress:
         self._costs = {stage.name: stage.cost for stage in planned}
         self._planned = list(self._costs)
         self._started = time.perf_counter()
-        self._passed, self._worked = 0.0, 0.0
-        self._began_at: float | None = None
+        self._begun: dict[str, float] = {}
+        self._shares = dict.fromkeys(self._planned, 0.0)
 
-    def of(self, stage: Stage) -> Callable[[float, str], None]:
-        """The function that a stage calls with the share done, 0 to 1, and a line of text.
+    def note(self, stage: Stage, share: float, line: str) -> None:
+        """Tell how far a stage is.
 
-        stage : which
+        stage : which; share : of it that is done, 0 to 1; line : what is going on
         """
-        self._began_at = None
-
-        def report(share: float, line: str) -> None:
-            # What an interrupted run had already is not work of this one.
-            if self._began_at is None:
-                self._began_at = share
-            left = self._left(
-                self._passed + share * stage.cost, self._worked + (share - self._began_at) * stage.cost
-            )
-            place = f"[{self._planned.index(stage.name) + 1} of {len(self._planned)}]"
-            print(f"{place} {stage.name}: {line}{left}", flush=True)
-
-        return report
+        self._begun.setdefault(stage.name, share)
+        self._shares[stage.name] = share
+        place = f"[{self._planned.index(stage.name) + 1} of {len(self._planned)}]"
+        print(f"{place} {stage.name}: {line}{self._left()}", flush=True)
 
     def finished(self, stage: Stage) -> None:
         """Note the end of a stage, and say so if it was done already.
 
         stage : which
         """
-        self._passed += stage.cost
-        if self._began_at is None:
+        self._shares[stage.name] = 1.0
+        if stage.name not in self._begun:
+            self._begun[stage.name] = 1.0
             print(f"{stage.name}: done already", flush=True)
-        else:
-            self._worked += (1.0 - self._began_at) * stage.cost
 
     def say(self, step: str) -> None:
         """Name a step after the stages.
@@ -125,10 +124,14 @@ class Progress:
         """
         print(f"report: {step}", flush=True)
 
-    def _left(self, passed: float, worked: float) -> str:
+    def _left(self) -> str:
         """Time left, from what was done since the start; nothing until there is a pace."""
+        everything = sum(self._costs.values())
+        passed = sum(cost * self._shares[name] for name, cost in self._costs.items())
+        # What an interrupted run had already is not work of this one.
+        worked = sum(self._costs[name] * (self._shares[name] - begun) for name, begun in self._begun.items())
         elapsed = time.perf_counter() - self._started
-        seconds = (sum(self._costs.values()) - passed) / max(worked, 1e-9) * elapsed
-        if worked < 0.03 * sum(self._costs.values()) or seconds < 1.0:
+        seconds = (everything - passed) / max(worked, 1e-9) * elapsed
+        if worked < 0.03 * everything or seconds < 1.0:
             return ""
         return f", about {seconds:.0f} s left" if seconds < 100 else f", about {seconds / 60:.0f} min left"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 OBJECTS: tuple[Literal["tofu", "blueberry"], ...] = ("tofu", "blueberry")
 POSES: tuple[Literal["front", "side"], ...] = ("front", "side")
-COST_S, QUICK_COST_S = 40.0, 8.0
+COST_S, QUICK_COST_S = 40.0, 13.0
 """One grasp with firmware binary and frames, and without [s of one core]."""
 BENCH_TIME_S = 36.0
 """About how long a grasp takes on the bench's clock [s]."""

@@ -17,6 +17,8 @@ Tell = Callable[[float, str], None]
 
 QUICK = {"element_size_mm": 3.0, "states": 5}
 """Solve settings of `--quick`."""
+GRID_COST = 6.0
+"""A grid of pressures takes so many times as long as one path."""
 PITCH_RUNS_MM = {"3/12": 4.0, "3/9": 3.0}
 """Fold run of the pitches beside the reference finger's 3/15, at a rise of 1 mm."""
 VALLEY_OUTSIDE_MM = 6.0
@@ -40,11 +42,13 @@ class Stage:
 
     name : for the reader, and of its directory; cost : about how long it takes, in seconds of one core
     run : makes the run in a directory, telling how far it is
+    after : stages whose runs it needs
     """
 
     name: str
     cost: float
     run: Callable[[Path, Tell], None]
+    after: tuple[str, ...] = ()
 
 
 def stages(quick: bool) -> list[Stage]:
@@ -129,7 +133,8 @@ def solve_stage(case: Case) -> Stage:
         solve_design(case.design, directory, case.settings, report)
 
     share = 0.3 if case.settings.element_size_mm >= QUICK["element_size_mm"] else 1.0
-    return Stage(case.name, 5.0 * share * case.design.bellows.units, run)
+    paths = 1.0 if case.settings.cavities == "coupled" else GRID_COST
+    return Stage(case.name, 5.0 * share * paths * case.design.bellows.units, run)
 
 
 def judge_solves(root: Path) -> list[Claim]:

@@ -41,7 +41,7 @@ def validation_stages() -> list[Stage]:
         draw_validation(directory)
         record.finish(**{claim.id: claim.verdict for claim in found.claims})
 
-    return [Stage(NAME, 20.0, run)]
+    return [Stage(NAME, 20.0, run, after=tuple(SOLVES.values()))]
 
 
 def judge_validation(root: Path) -> list[Claim]:
