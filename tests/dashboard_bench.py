@@ -6,6 +6,7 @@ import json
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from http.client import HTTPConnection
@@ -30,6 +31,7 @@ from tubefoot.reduced.files import reference_file
 from tubefoot.twin.bench import VirtualBench
 
 TOKEN = "a-token-that-only-this-test-knows"
+PACES = 6000
 PATIENCE_S = 120.0
 """A condition that has not come true by then never will, however busy the computer is [s]."""
 
@@ -47,8 +49,8 @@ class OpenBench:
     ):
         self.pins: list[tuple[float, float, bool]] = []
         """Wall time [s], bench time [s], whether the pump has current: every change"""
-        self.paces: list[tuple[float, float]] = []
-        """Wall time and bench time, now and then [s]"""
+        self.paces: deque[tuple[float, float]] = deque(maxlen=PACES)
+        """Wall time and bench time, every hundredth of a second of the last minute [s]"""
         content = reference_file()
         finger = content.to_finger()
         largest = finger.n_units * finger.valid.angle
