@@ -11,22 +11,19 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
+from tubefoot.control.fault_wait import FaultWait
 from tubefoot.control.grasp_contract import Decision, FingerView, GripView
 from tubefoot.control.grasp_protocol import GraspProtocol
 from tubefoot.control.grasp_trace import SENSES, SIDES, command_of, trace_row
 from tubefoot.control.guard import PressureGuard
 from tubefoot.control.settings import GuardSettings
 from tubefoot.errors import LinkError, SafetyStop
-from tubefoot.lab.messages import Fault
-from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
+from tubefoot.lab.rig import Reading, Rig
 from tubefoot.units import KPA
 from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.camera import EndOfFrames, StaleFrameError
 from tubefoot.vision.finger import FingerReading
 
-PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
-CLEARED_MAX = 10
-"""Pressure faults that one grasp may clear after waiting for the walls to relax."""
 SHORTEST_SHARE = 0.3
 """A pulse is shortened before the pressure limit, but not below this share."""
 RELAX_KPA = 4.0
@@ -84,7 +81,6 @@ class GraspLoop:
         self._waiting: Decision | None = None
         self._pulse_ends = -math.inf
         self._hands_ready: float | None = None
-        self._cleared = 0
         self.pulse_log: list[tuple[float, tuple[int, int]]] = []
         self._rise = [0.0] * len(self._rigs)
         self._pulsed: list[tuple[float, float] | None] = [None] * len(self._rigs)
@@ -100,9 +96,10 @@ class GraspLoop:
             )
             for rig in self._rigs
         ]
+        faults = FaultWait(self._rigs, guards, protocol.settings.patience_s)
         try:
             while protocol.phase != "done":
-                self._cycle(protocol, guards)
+                self._cycle(protocol, guards, faults)
         except KeyboardInterrupt:
             protocol.give_up("interrupted: stopped by Ctrl-C")
         except SafetyStop as error:
@@ -136,12 +133,12 @@ class GraspLoop:
 
     # ---- one cycle -----------------------------------------------------------------------------------------
 
-    def _cycle(self, protocol: GraspProtocol, guards: Sequence[PressureGuard]) -> None:
+    def _cycle(self, protocol: GraspProtocol, guards: Sequence[PressureGuard], faults: FaultWait) -> None:
         for side in (0, 1):
             self._look(side)
         samples = [rig.read() for rig in self._rigs]
         now = self._rigs[0].clock.now()
-        self._clear_pressure_faults(samples, guards)
+        stopped = faults.waits(samples, now)
         self._note_rise(samples)
         self._guard(samples, guards)
         view = self._view(samples, now)
@@ -151,7 +148,7 @@ class GraspLoop:
             raise LinkError(
                 f"the {blind[0]} finger's markers were not seen for {protocol.settings.patience_s:g} s"
             )
-        decision = Decision() if blind else self._decision(protocol, view, now)
+        decision = Decision() if blind or stopped else self._decision(protocol, view, now)
         self._obey(decision, samples, guards, protocol, now)
         row = {"time_s": now - self._began}
         command = command_of(decision, self._waiting is None)
@@ -199,18 +196,6 @@ class GraspLoop:
             sense * reading.theta2,
             (right, left),
         )
-
-    def _clear_pressure_faults(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
-        """Wait out a fault of pressure and clear it; any other one ends the grasp."""
-        for rig, sample, guard in zip(self._rigs, samples, guards, strict=True):
-            if not sample.faults:
-                continue
-            if sample.faults & ~PRESSURE_FAULTS or self._cleared >= CLEARED_MAX:
-                raise SafetyStop(f"{fault_names(sample.faults)}; {fault_advice(sample.faults)}")
-            right, left = sample.gauge_pressures[:2]
-            if not (guard.forbids_pulse(1, (right, left)) or guard.forbids_pulse(-1, (right, left))):
-                rig.clear_faults()
-                self._cleared += 1
 
     def _guard(self, samples: Sequence[Reading], guards: Sequence[PressureGuard]) -> None:
         """Stop a pump before its rig's pressure limits."""

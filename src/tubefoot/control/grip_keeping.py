@@ -77,31 +77,32 @@ class GripKeeper:
         self._goal, self._settings, self._lever = goal, settings, lever
         self._coupled = coupled
         self._place: float | None = None
+        self._wanted = goal.force
 
     def pulses(self, pauses: Sequence[Pause], forces: Sequence[float]) -> tuple[int, int]:
         """Direction of the right and the left finger's pulse, inward +1, 0 for none.
 
         pauses : of both fingers, angles known; forces : on the free object, estimated [N]
 
-        The place of the first call is the one that is kept. A free object feels both forces alike, so the
-        mean of their estimates counts.
+        The place of the first call is the one that is kept, and its force where the grip got no firmer. A
+        free object feels both forces alike, so the mean of their estimates counts.
         """
         force = 0.5 * sum(forces)
-        inward, outward = force < self._goal.most, force > self._goal.force
-        drift = self._drift(pauses)
+        if self._place is None:
+            self._place = self._middle(pauses)
+            self._wanted = min(self._goal.force, max(force, self._goal.needed))
+        inward, outward = force < self._goal.most, force > self._wanted
+        drift = self._middle(pauses) - self._place
         if not self._coupled and abs(drift) > self._settings.keep_mm:
             advancing = 0 if drift > 0.0 else 1
             if outward or not inward:
                 return (-1, 0) if advancing == 0 else (0, -1)
             return (0, 1) if advancing == 0 else (1, 0)
-        if inward and force < self._settings.keep_share * self._goal.force:
+        if inward and force < self._settings.keep_share * self._wanted:
             return 1, 1
         return 0, 0
 
-    def _drift(self, pauses: Sequence[Pause]) -> float:
-        """How far the fingers have moved since the first call, positive to the left [mm]."""
+    def _middle(self, pauses: Sequence[Pause]) -> float:
+        """Where the middle between both flanks lies, positive to the left [mm]."""
         right, left = (self._lever.reach(pause) for pause in pauses)
-        place = 0.5 * (right - left)
-        if self._place is None:
-            self._place = place
-        return place - self._place
+        return 0.5 * (right - left)
