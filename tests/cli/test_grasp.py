@@ -10,7 +10,7 @@ from tubefoot.cli.grasp import grasp
 from tubefoot.cli.grasp_map import map_rows, map_summary
 from tubefoot.cli.grasp_record import verdict_sentence
 from tubefoot.cli.person_hands import PersonHands
-from tubefoot.errors import ConfigError
+from tubefoot.errors import ConfigError, LinkError
 from tubefoot.lab.grasp_object import known_object
 from tubefoot.records import read_table
 
@@ -68,17 +68,31 @@ def test_a_person_is_asked_what_nobody_measures() -> None:
         asked.append(prompt)
         return next(answers)
 
-    hands = PersonHands(ask)
+    hands = PersonHands(82.0, ask)
     hands.place()
     hands.release()
     assert hands.verdict() == {"held": True, "slip_mm": 0.4, "damage_seen": False}
-    assert "between the fingers" in asked[0]
+    assert "its middle 82 mm above the base" in asked[0]
+
+
+def test_a_grasp_that_nobody_attends_ends_in_words() -> None:
+    def ask(prompt: str) -> str:
+        raise EOFError
+
+    hands = PersonHands(82.0, ask)
+    with pytest.raises(LinkError, match="input has ended"):
+        hands.place()
+    with pytest.raises(LinkError):
+        hands.release()
+    assert hands.verdict() == {"held": None, "slip_mm": None}
+    summary = {"held": None, "end_reason": "link lost"}
+    assert verdict_sentence(summary) == ("verdict: not given, nobody said whether it was held (link lost)")
 
 
 @pytest.mark.parametrize("slip", ["", "nan", "much"])
 def test_a_slip_that_is_no_number_is_not_measured(slip: str) -> None:
     answers = iter(["", "y", slip, "n"])
-    hands = PersonHands(lambda prompt: next(answers))
+    hands = PersonHands(82.0, lambda prompt: next(answers))
     hands.release()
     assert hands.verdict()["slip_mm"] is None
 

@@ -132,8 +132,10 @@ def _real(
 ) -> dict[str, Any]:
     """The summary of a grasp on the bench."""
     from tubefoot.cli.grasp_stage import real_grasp
+    from tubefoot.control.placing import placing_height
     from tubefoot.errors import ConfigError
     from tubefoot.records import Run
+    from tubefoot.reduced.files import reference_file
 
     if len(cameras) != 2:
         raise ConfigError(
@@ -144,7 +146,8 @@ def _real(
         raise ConfigError(f"{len(sources)} sources: give one for each finger, or one that sees both")
     run = Run(out, "grasp", _resolved(thing, pose, settings, rigs, None))
     recordings = _recordings(run.directory, len(rigs))
-    stage = real_grasp(rigs, sources, cameras, layout, recordings)
+    height = placing_height(thing, pose, settings, reference_file().to_finger().length)
+    stage = real_grasp(rigs, sources, cameras, layout, recordings, height)
     return carry_out(run, stage, thing, pose, settings, len(rigs) == 1, None, print)
 
 

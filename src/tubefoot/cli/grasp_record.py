@@ -203,7 +203,7 @@ def grasp_summary(
         "object": thing.name,
         "pose": pose,
         "seed": seed,
-        "held": bool(verdict.get("held", False)),
+        "held": verdict.get("held", False),
         "slip_mm": verdict.get("slip_mm"),
         "peak_pressure_kpa": damage.pressure_kpa,
         "damage_margin": damage.margin,
@@ -220,6 +220,7 @@ def grasp_summary(
         "pulses_outward": outcome.outward_pulses,
         "pulses_inward": outcome.inward_pulses,
         "pulses_after_contact": outcome.grip_pulses,
+        "pulses_in_hold": outcome.keep_pulses,
         "contact_pulse": outcome.contact_pulse,
         "grip_force_estimated_n": min(outcome.grip_force),
         "grip_force_goal_n": protocol.goal.force,
@@ -236,6 +237,8 @@ def verdict_sentence(summary: Mapping[str, Any]) -> str:
 
     summary : of a grasp
     """
+    if summary["held"] is None:
+        return f"verdict: not given, nobody said whether it was held ({summary['end_reason']})"
     if not summary["held"]:
         return f"verdict: NOT held ({summary['end_reason']})"
     slip = summary["slip_mm"]

@@ -132,13 +132,14 @@ def real_grasp(
     cameras: Sequence[Path],
     layout: Path | None,
     recordings: Sequence[Path],
+    height: float,
 ) -> Iterator[GraspStage]:
     """The gripper on one or two ports, with a camera calibration for each finger.
 
     rigs : one for both fingers through a splitter, or the right and the left one
     sources : webcams, one that sees both fingers or the right and the left finger's
     cameras : calibrations of the right and the left finger; layout : markers, the reference finger's if None
-    recordings : files to record into, one a rig
+    recordings : files to record into, one a rig; height : at which the object's middle is to be held [mm]
     """
     from tubefoot.cli.person_hands import PersonHands
     from tubefoot.lab.board_rig import BoardRig
@@ -176,5 +177,5 @@ def real_grasp(
         for source in angles:
             source.open()
             stack.callback(source.close)
-        hands = PersonHands()
+        hands = PersonHands(height)
         yield GraspStage(benches, angles, hands, verdict=hands.verdict)

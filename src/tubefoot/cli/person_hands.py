@@ -6,21 +6,28 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from tubefoot.errors import LinkError
+
 
 class PersonHands:
     """Asks a person; the pumps stand meanwhile."""
 
-    def __init__(self, ask: Callable[[str], str] = input):
+    def __init__(self, height: float, ask: Callable[[str], str] = input):
         """Choose how to ask.
 
-        ask : prints a prompt and returns the answer
+        height : of the object's middle above the outer face of the base [mm]
+        ask : prints a prompt and returns the answer; EOFError where nobody can answer
         """
-        self._ask = ask
+        self._height = height
+        self._put = ask
         self._asked_release = False
 
     def place(self) -> float:
         """Ask for the object."""
-        self._ask("Hold the object between the fingers, near their tips, and press Enter: ")
+        self._ask(
+            f"Hold the object between the fingers, its middle {self._height:.0f} mm above the base, and "
+            "press Enter: "
+        )
         return 0.0
 
     def release(self) -> float:
@@ -45,13 +52,29 @@ class PersonHands:
         return 0.0
 
     def verdict(self) -> dict[str, Any]:
-        """What the person saw: whether the object was held, how far it slipped, whether it is damaged."""
+        """What the person saw: whether the object was held, how far it slipped, whether it is damaged; held
+        is None where nobody answers."""
         if not self._asked_release:
             return {"held": False, "slip_mm": None}
+        try:
+            return self._asked()
+        except LinkError:
+            return {"held": None, "slip_mm": None}
+
+    def _asked(self) -> dict[str, Any]:
         held = self._ask("Was it held all the time? [y/n] ").strip().lower().startswith("y")
         slip = self._ask("How far did it slip [mm], empty if not measured: ").strip().replace(",", ".")
         damaged = self._ask("Do you see damage? [y/n] ").strip().lower().startswith("y")
         return {"held": held, "slip_mm": float(slip) if _is_number(slip) else None, "damage_seen": damaged}
+
+    def _ask(self, prompt: str) -> str:
+        """The answer; raises LinkError where the terminal's input has ended."""
+        try:
+            return self._put(prompt)
+        except EOFError:
+            raise LinkError(
+                "nobody answers: the terminal's input has ended; run it in a terminal, not from a pipe"
+            ) from None
 
 
 def _is_number(text: str) -> bool:
