@@ -96,9 +96,9 @@ def test_newton_step_solves_the_linearised_bordered_system(octant, pressure_spac
     free = model.system.free
     state.unknowns[free] = rng.uniform(-0.01, 0.01, len(free))
     start = equations(model, wanted, state)
-    borders = model._borders(state, wanted)
-    model._factorise(borders)
-    step, along = model._newton_step(state, borders)
+    borders = model.borders(state, wanted)
+    model.factorise(borders)
+    step, along = model.newton_step(state, borders)
     small = 1e-5
 
     def moved(direction, length):

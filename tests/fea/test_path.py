@@ -172,20 +172,20 @@ def test_without_a_stable_state_there_is_no_rest():
     model = balloon(NEO_HOOKEAN, "pressure")
     start = follow(model, Limit(Control("parameter", 0.05), "there"), stepping=StepControl(states=2))
     with pytest.raises(StepFailed):
-        Settler(model).advance(start.steps[-1], 1.0)
+        Settler(model).advance(start.steps[-1], Control("parameter", 1.0))
 
 
 def test_a_numerical_failure_is_no_instability(monkeypatch):
     """Nothing converges any more, and nothing says that the balance was lost: the path breaks off."""
     model = balloon(NEO_HOOKEAN, "volume")
-    solve = model.solve
+    factorise = model.factorise
 
-    def fails_later(guess, control):
+    def fails_later(borders):
         if model.timings.factorisations > 6:
             raise StepFailed("out of order")
-        return solve(guess, control)
+        factorise(borders)
 
-    monkeypatch.setattr(model, "solve", fails_later)
+    monkeypatch.setattr(model, "factorise", fails_later)
     rest = model.rest_volumes[0]
     with pytest.raises(ConvergenceError, match=r"could not be followed beyond.*out of order") as caught:
         follow(model, Limit(Control("parameter", 2.0 * rest), "full"), stepping=StepControl(states=6))

@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from mapped_box import mapped_box, plane
-from tubefoot.fea.damping import Drag
 from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model
-from tubefoot.fea.items import Evaluation
 from tubefoot.fea.settle import Settler
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.fea.stability import critical_mode, nodal_volumes
@@ -77,31 +75,3 @@ def test_a_column_beyond_eulers_load_settles_bent():
 def test_nodal_volumes_sum_to_the_solid():
     model, _ = column()
     assert nodal_volumes(model).sum() == pytest.approx(LENGTH * WIDTH * DEPTH)
-
-
-def test_a_drag_holds_by_its_energy_and_lets_go():
-    model, _ = column()
-    drag = Drag(nodal_volumes(model))
-    state = model.rest()
-    drag.hold(state, 0.3)
-    rng = np.random.default_rng(0)
-    size = model.mesh.points.size
-    state.unknowns[:size] = rng.standard_normal(size)
-
-    class Sink:
-        stiff = True
-        forces = np.zeros(size)
-
-        def add(self, item, first, matrices, residuals):
-            self.forces[item.pattern[:, 0]] += residuals[:, 0]
-
-    found, sink = Evaluation(), Sink()
-    drag.assemble(state, sink, found)
-    # Quadratic: the force's work is twice the energy.
-    assert sink.forces @ state.unknowns[:size] == pytest.approx(2.0 * found.energy)
-    moved = state.unknowns[:size].reshape(-1, 3)
-    assert found.energy == pytest.approx(0.15 * nodal_volumes(model) @ np.sum(moved**2, axis=1))
-    drag.release()
-    freed = Evaluation()
-    drag.assemble(state, sink, freed)
-    assert freed.energy == 0.0

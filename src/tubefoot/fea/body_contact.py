@@ -92,7 +92,7 @@ class BodyContact(Contacts):
         self.assemble(state, Unheard(), Evaluation())
         nodal = np.zeros(self._rest.size)
         if len(self._sample):
-            np.add.at(nodal, self.pattern, -self._residuals)
+            np.add.at(nodal, self.pattern, -self._elements.residuals)
         return nodal.reshape(-1, 3)
 
     def resultant(self, state: State) -> tuple[FloatArray, float]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.barrier import Barrier
-from tubefoot.fea.contacts import Contacts, bounding_spheres
+from tubefoot.fea.contacts import Contacts, Elements, bounding_spheres
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
@@ -100,17 +100,17 @@ class SelfContact(Contacts):
         return True, grew
 
     @property
-    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-        """The present contacts: samples, facets opposite, places there, gaps."""
-        return self._sample, self._facet, self._places.copy(), self.gaps.copy()
+    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray, Elements]:
+        """The present contacts: samples, facets opposite, places there, gaps; elements."""
+        return self._sample, self._facet, self._places.copy(), self.gaps.copy(), self._elements
 
     @choice.setter
-    def choice(self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray]) -> None:
+    def choice(self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray, Elements]) -> None:
         """Take contacts back.
 
         kept : as they were
         """
-        sample, facet, places, gaps = kept
+        sample, facet, places, gaps, self._elements = kept
         self._take(sample, facet, places.copy(), gaps.copy())
         self._looked_at = None
 

@@ -7,6 +7,8 @@ there are is for those who derive from this: they look, and `_take` what they fo
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,10 +22,35 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 
+@dataclass(frozen=True)
+class Elements:
+    """Pairs of facets that may press each other.
+
+    pairs : (n,) sorted numbers own * n_facets + other; pattern : (n, 6 n_nodes) unknowns of each
+    residuals : (n, 6 n_nodes), matrices : (n, 6 n_nodes, 6 n_nodes) of the last evaluation
+    """
+
+    pairs: IntArray
+    pattern: IntArray
+    residuals: FloatArray
+    matrices: FloatArray
+
+    @classmethod
+    def of(cls, pairs: IntArray, nodes: IntArray) -> Elements:
+        """Elements without forces.
+
+        pairs : see above; nodes : (n_facets, n_nodes) of all facets
+        """
+        n, size = len(nodes), 6 * nodes.shape[1]
+        both = np.hstack([nodes[pairs // n], nodes[pairs % n]])
+        pattern = (3 * both[:, :, None] + np.arange(3)).reshape(len(pairs), size)
+        return cls(pairs, pattern, np.zeros((len(pairs), size)), np.zeros((len(pairs), size, size)))
+
+
 class Contacts:
     """The contacts of sampled walls; as an item they add the barrier's energy.
 
-    areas : of each sample [mm^2]; gaps : of each contact [mm]; pattern : unknowns of each pair of facets
+    areas : of each sample [mm^2]; gaps : of each contact [mm]
     """
 
     areas: FloatArray
@@ -47,7 +74,12 @@ class Contacts:
         self._own = np.repeat(np.arange(n_sampled), len(at))
         self._sample, self._facet, self._row = np.zeros((3, 0), dtype=np.int64)
         self._places, self.gaps = np.zeros((0, 2)), np.zeros(0)
-        self._keep(np.empty(0, dtype=np.int64))
+        self._elements = Elements.of(np.empty(0, dtype=np.int64), self.nodes)
+
+    @property
+    def pattern(self) -> IntArray:
+        """(n_pairs, 6 n_nodes) numbers of the unknowns that each pair of facets couples."""
+        return self._elements.pattern
 
     def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
         """Two vectors across the direction in which each contact looks, (n_contacts, 2, 3)."""
@@ -75,16 +107,16 @@ class Contacts:
             self._coefficients @ positions[self.nodes],
             self._shapes,
             (self.barrier.reach, self.barrier.stiffness),
-            self._residuals,
-            self._matrices,
+            self._elements.residuals,
+            self._elements.matrices,
         )
         if np.isnan(energy):
             found.min_gap = -np.inf
             return
         found.energy += energy
         found.min_gap = min(found.min_gap, float(self.gaps.min()))
-        found.magnitude = max(found.magnitude, float(np.abs(self._residuals).max(initial=0.0)))
-        sink.add(self, 0, self._matrices, self._residuals)
+        found.magnitude = max(found.magnitude, float(np.abs(self._elements.residuals).max(initial=0.0)))
+        sink.add(self, 0, self._elements.matrices, self._elements.residuals)
 
     def recover(self, step: FloatArray) -> None:
         """Nothing was eliminated.
@@ -95,27 +127,18 @@ class Contacts:
     def _take(self, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray) -> None:
         """Take contacts whose pairs are among the elements."""
         self._sample, self._facet, self._places, self.gaps = sample, facet, places, gaps
-        self._row = np.searchsorted(self._pairs, self._own[sample] * len(self.nodes) + facet)
+        self._row = np.searchsorted(self._elements.pairs, self._own[sample] * len(self.nodes) + facet)
 
     def _prepare(self, sample: IntArray, facet: IntArray, others: IntArray) -> bool:
         """Whether contacts needed new elements; then the facets nearby, `others`, got theirs too."""
         n = len(self.nodes)
         keys = self._own[sample] * n + facet
-        if np.isin(keys, self._pairs).all():
+        if np.isin(keys, self._elements.pairs).all():
             return False
         near, neighbour = np.nonzero(others >= 0)
         found = self._own[near] * n + others[near, neighbour]
-        self._keep(np.union1d(np.union1d(self._pairs, found), keys))
+        self._elements = Elements.of(np.union1d(np.union1d(self._elements.pairs, found), keys), self.nodes)
         return True
-
-    def _keep(self, pairs: IntArray) -> None:
-        """Take pairs, numbered own * n_facets + other and sorted, as the elements."""
-        n, size = len(self.nodes), 6 * self.nodes.shape[1]
-        self._pairs = pairs
-        nodes = np.hstack([self.nodes[pairs // n], self.nodes[pairs % n]])
-        self.pattern: IntArray = (3 * nodes[:, :, None] + np.arange(3)).reshape(len(pairs), size)
-        self._residuals = np.zeros((len(pairs), size))
-        self._matrices = np.zeros((len(pairs), size, size))
 
     def _positions(self, state: State) -> FloatArray:
         return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)

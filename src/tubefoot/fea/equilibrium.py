@@ -1,14 +1,15 @@
-"""Equilibrium of a model at one point of its path, by Newton's method.
+"""A model: residual, tangent and linear step of a mesh with its items, fluids and boundary.
 
-The tangent is assembled and factorised where the last factors no longer bring the residual down fast; chord
-iterations in between cost a residual and a substitution. Cavity pressures and the path parameter follow from
-a small dense system (`bordering`). How many of the tangent's eigenvalues are negative comes with the factors.
+Cavity pressures and the path parameter follow from a small dense system (`bordering`). How many of the
+tangent's eigenvalues are negative comes with the factors. The iterations are `newton`'s and, where a
+structure has to come to rest first, `pseudo_time`'s.
 """
 
 from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,15 +21,13 @@ from tubefoot.fea.drive import AIR_VACUUM_MPA, Control, Drive
 from tubefoot.fea.factorise import SingularMatrixError, factoriser
 from tubefoot.fea.items import Boundary, Choosing, Evaluation, Item, Pairing, State, Timings
 from tubefoot.fea.mesh import Mesh
+from tubefoot.fea.newton import converge
 from tubefoot.fea.solid import Solid
 from tubefoot.fea.step import Step, StepFailed, Tolerance
 
 FloatArray = NDArray[np.float64]
 
-CHORD = 0.05
-"""Largest share of the error that an iteration may leave for its factors to be used once more."""
-CHORD_FROM = 1e4
-"""Error over the tolerance above which they are not: far from equilibrium a share says little."""
+Choices = list[tuple[Choosing, tuple[Any, ...]]]
 
 
 class Model:
@@ -69,10 +68,11 @@ class Model:
     def _number(self) -> None:
         """Find the sparse pattern of all items and prepare its factorisation."""
         started = time.perf_counter()
+        self._numbered = [pairing.pattern for pairing in self.pairings]
         self.system = SparseSystem(self.n_unknowns, self.items, self._fixed)
         self.solver = factoriser(self.system.indptr, self.system.indices)
-        self._factorised = False
-        self._unstable: int | None = None
+        self.factorised = False
+        self.unstable: int | None = None
         self.timings.analysis += time.perf_counter() - started
         self.timings.analyses += 1
 
@@ -82,11 +82,21 @@ class Model:
         state : where they look; keep : leave choices as they are where they still serve
         """
         started = time.perf_counter()
-        looked = [pairing.look(state, keep) for pairing in self.pairings]
+        changed = [pairing.look(state, keep)[0] for pairing in self.pairings]
         self.timings.pairing += time.perf_counter() - started
-        if any(grew for _, grew in looked):
-            self._number()
-        return any(changed for changed, _ in looked)
+        return any(changed)
+
+    def choices(self) -> Choices:
+        """The partners that contacts have now, for `choose`."""
+        return [(item, item.choice) for item in self.pairings if isinstance(item, Choosing)]
+
+    def choose(self, choices: Choices) -> None:
+        """Give contacts partners back that they had.
+
+        choices : of `choices`
+        """
+        for item, choice in choices:
+            item.choice = choice
 
     def rest(self) -> State:
         """The undeformed state."""
@@ -95,8 +105,15 @@ class Model:
     def evaluate(self, state: State, stiff: bool = True) -> Evaluation:
         """Assemble residual and tangent at a state; the cavities keep their volumes and gradients.
 
+        Elements that contacts have taken since are numbered where a tangent is wanted: a residual alone
+        needs no pattern, and many a trial state is thrown away.
+
         state : where to evaluate; stiff : whether the tangent is wanted
         """
+        if stiff and any(
+            pairing.pattern is not known for pairing, known in zip(self.pairings, self._numbered, strict=True)
+        ):
+            self._number()
         started = time.perf_counter()
         found = self.system.evaluate(self.items, state, stiff)
         self.timings.assembly += time.perf_counter() - started
@@ -110,58 +127,12 @@ class Model:
         Raises StepFailed when it does not converge, inverts, or leaves the range of the physics; contacts
         then have the partners that they had before.
         """
-        choices = [(item, item.choice) for item in self.pairings if isinstance(item, Choosing)]
+        choices = self.choices()
         try:
-            return self._converge(guess, control)
+            return converge(self, guess, control)
         except StepFailed:
-            for item, choice in choices:
-                item.choice = choice
+            self.choose(choices)
             raise
-
-    def _converge(self, guess: State, control: Control) -> Step:
-        """Newton's iterations from a guess."""
-        state = guess.copy()
-        self.pair(state, keep=True)
-        found = self._admissible(state)
-        history: list[float] = []
-        tangent = None
-        for iteration in range(self.tolerance.iterations + 1):
-            borders = self._borders(state, control)
-            error = self._error(state, found, borders)
-            history.append(error)
-            if error < 1.0 and self.pair(state, keep=True):
-                found = self.evaluate(state, stiff=False)
-                borders = self._borders(state, control)
-                error = self._error(state, found, borders)
-                # With other partners it is another problem, whose residual may well be larger.
-                history = [error]
-            if error < 1.0:
-                volumes = np.array([cavity.volume for cavity in self.cavities])
-                return Step(
-                    state,
-                    iteration,
-                    found.energy,
-                    found.min_jacobian,
-                    volumes,
-                    history,
-                    self._unstable,
-                    tangent,
-                    found.min_gap,
-                )
-            if iteration >= 4 and error > 1e3 * min(history):
-                raise StepFailed(f"residual grew to {error:.1e} times the tolerance")
-            if iteration == self.tolerance.iterations:
-                break
-            near = len(history) > 1 and error < min(CHORD * history[-2], CHORD_FROM)
-            if not (near and self._factorised):
-                if not self.system.stiff:
-                    found = self.evaluate(state)
-                self._factorise(borders)
-            step, tangent = self._newton_step(state, borders)
-            state, found = self._advance(state, step, iteration < self.tolerance.pairings)
-        raise StepFailed(
-            f"no convergence in {self.tolerance.iterations} iterations, residual {history[-1]:.1e}"
-        )
 
     def slope_at_rest(self, goal: Control) -> float:
         """Derivative of a control's quantity by the path parameter, at rest.
@@ -170,11 +141,11 @@ class Model:
         """
         rest = self.rest()
         self.evaluate(rest)
-        borders = self._borders(rest, Control("parameter", 0.0))
-        self._factorise(borders)
+        borders = self.borders(rest, Control("parameter", 0.0))
+        self.factorise(borders)
         self._pivots_at_rest = self.solver.negative_pivots
-        _, along = self._newton_step(rest, borders)
-        n, wanted = len(self.cavities), self._borders(rest, goal)
+        _, along = self.newton_step(rest, borders)
+        n, wanted = len(self.cavities), self.borders(rest, goal)
         slope = wanted.small[n, :n] @ along.pressures + wanted.small[n, n]
         if wanted.control_row is not None:
             slope += wanted.control_row @ along.unknowns
@@ -186,8 +157,8 @@ class Model:
         state : where, with its contacts as they are
         """
         self.evaluate(state)
-        self._factorise(self._borders(state, Control("parameter", state.parameter)))
-        return self._unstable
+        self.factorise(self.borders(state, Control("parameter", state.parameter)))
+        return self.unstable
 
     def response(self, forces: FloatArray) -> State:
         """Small change by forces at a fixed path parameter, where the model was linearised.
@@ -197,52 +168,28 @@ class Model:
         relaxed = self.solver.solve(forces[self.system.free][:, None])[:, 0]
         return self._bordered_answer(relaxed, np.zeros(len(self.cavities) + 1))
 
-    def add(self, item: Item) -> None:
-        """Take one more item into the model.
+    def tears_air(self, state: State) -> bool:
+        """Whether a fluid with an air column has a pressure at which Boyle's law ends.
 
-        item : couples displacements only
+        state : whose pressures
         """
-        self.items.append(item)
-        self._number()
-
-    def _admissible(self, state: State) -> Evaluation:
-        if self._tears_air(state):
-            raise StepFailed("the pressure of an air column is at absolute vacuum")
-        found = self.evaluate(state)
-        if not self.tolerance.admits(found):
-            raise StepFailed(self.tolerance.complaint(found))
-        return found
-
-    def _advance(self, state: State, step: State, pairing: bool) -> tuple[State, Evaluation]:
-        """The state after a step, shortened until it is admitted and no air column is torn apart."""
-        fraction = 1.0
-        for _ in range(5):
-            trial = State(
-                state.unknowns + fraction * step.unknowns,
-                state.pressures + fraction * step.pressures,
-                state.parameter + fraction * step.parameter,
-            )
-            if not self._tears_air(trial):
-                if pairing:
-                    self.pair(trial, keep=True)
-                found = self.evaluate(trial, stiff=False)
-                if self.tolerance.admits(found):
-                    return trial, found
-            fraction *= 0.5
-        raise StepFailed("a cell inverts, walls cross or an air column is torn apart, however short the step")
-
-    def _tears_air(self, state: State) -> bool:
-        """Whether a fluid with an air column has a pressure at which Boyle's law ends."""
         return any(
             cavity.air_volume > 0 and pressure <= AIR_VACUUM_MPA
             for cavity, pressure in zip(self.cavities, state.pressures, strict=True)
         )
 
-    def _borders(self, state: State, control: Control) -> Borders:
+    def borders(self, state: State, control: Control) -> Borders:
+        """Equations of the fluids and of a control at a state that has just been evaluated.
+
+        state : where; control : the last equation
+        """
         return Borders.of(state, self.cavities, self.drive, control, self._control_scale)
 
-    def _error(self, state: State, found: Evaluation, borders: Borders) -> float:
-        """Largest residual over its tolerance; below one means converged."""
+    def error(self, state: State, found: Evaluation, borders: Borders) -> float:
+        """Largest residual over its tolerance; below one means converged.
+
+        state : evaluated last; found : what was found there; borders : there
+        """
         free = self.system.free
         residual = self.system.residual[free]
         loads = np.abs(borders.columns[free]) @ np.abs(state.pressures) if len(state.pressures) else 0.0
@@ -256,8 +203,13 @@ class Model:
             errors.append(abs(borders.right[i]) / scale / self.tolerance.volume)
         return max(errors) if np.isfinite(errors).all() else np.inf
 
-    def _factorise(self, borders: Borders) -> None:
-        """Factorise the tangent with its borders: find what a unit of each pressure does to the unknowns."""
+    def factorise(self, borders: Borders) -> None:
+        """Factorise the tangent with its borders: find what a unit of each pressure does to the unknowns.
+
+        borders : at the state where the tangent was assembled
+
+        Raises StepFailed when it cannot be factorised.
+        """
         started = time.perf_counter()
         try:
             self.solver.factorise(self.system.data)
@@ -267,8 +219,8 @@ class Model:
         columns = borders.columns[self.system.free]
         self._answers = self.solver.solve(columns) if self.cavities else columns
         self._bordered = borders
-        self._factorised = True
-        self._unstable = self._count_unstable(borders)
+        self.factorised = True
+        self.unstable = self._count_unstable(borders)
         self.timings.factorisation += factorised - started
         self.timings.substitution += time.perf_counter() - factorised
         self.timings.factorisations += 1
@@ -287,17 +239,24 @@ class Model:
         rising = np.linalg.eigvalsh(0.5 * (stiffness + stiffness.T)) > 0.0
         return pivots - self._pivots_at_rest - int((~rising).sum())
 
-    def _newton_step(self, state: State, borders: Borders) -> tuple[State, State]:
-        """The step with the last factors, and the path's direction per unit of the control."""
+    def newton_step(self, state: State, borders: Borders) -> tuple[State, State]:
+        """The step with the last factors, and the path's direction per unit of the control.
+
+        state : evaluated last; borders : there
+        """
         started = time.perf_counter()
         relaxed = self.solver.solve(-self.system.residual[self.system.free][:, None])[:, 0]
         self.timings.substitution += time.perf_counter() - started
         step = self._bordered_answer(relaxed, -borders.right)
         for item in self.items:
             item.recover(step.unknowns)
+        return step, self.direction()
+
+    def direction(self) -> State:
+        """The path's direction by the last factors, per unit of their control."""
         one = np.zeros(len(self.cavities) + 1)
         one[-1] = 1.0
-        return step, self._bordered_answer(None, one)
+        return self._bordered_answer(None, one)
 
     def _bordered_answer(self, relaxed: FloatArray | None, right: FloatArray) -> State:
         """Change of everything by the last factors.

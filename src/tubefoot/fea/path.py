@@ -39,6 +39,12 @@ FIRST_SHARE = 0.1
 """Share of a chamber, trapped air included, that the first step pumps at most."""
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the first step, the next stable state is looked for."""
+LOCATED = 1 / 8
+"""Longest step over the first one in which a jump is taken for located."""
+FALLS = 2
+"""Times that the structure is let fall from one state without coming to rest."""
+MOST_SHARE = 0.2
+"""Share of a chamber that a later step pumps at most."""
 
 
 @dataclass(frozen=True)
@@ -125,13 +131,13 @@ class _Walk:
         self.path = path
         share = self._share_of_the_way()
         self.longest = abs(share)
-        self.stride = self._first_stride(share)
+        self.stride = self._pumped_at_most(share, FIRST_SHARE)
         self.first = abs(self.stride)
         self.shortest = self.first * stepping.smallest
         # States since the last snap: no polynomial goes across one.
         self.smooth = list(path.steps)
         self._settler: Settler | None = None
-        self._started, self._fold_at = 0.0, 0.0
+        self._started, self._fold_at, self._falls = 0.0, 0.0, 0
 
     def advance(self) -> None:
         """Add the next state, or shorten the step."""
@@ -147,6 +153,8 @@ class _Walk:
                 step = self.model.solve(predict([*self.smooth, step], at), landing.control)
         except StepFailed as failure:
             self.path.failures.append(f"step to {target:.6g} failed: {failure}")
+            if self._falls < FALLS and self._fall_to_rest(control):
+                return
             self.stride *= self.stepping.shrink
             if abs(self.stride) < self.shortest:
                 self._find_way_on(failure)
@@ -160,12 +168,16 @@ class _Walk:
 
     def _require_near(self, guess: State, step: Step) -> None:
         """Refuse a state that lies much farther away than was foretold: Newton went to another branch."""
+        if gone := self._strays(guess, step):
+            raise StepFailed(f"it went {gone:.1f} times as far as foretold")
+
+    def _strays(self, guess: State, step: Step) -> float:
+        """How many times as far as foretold a state lies from the last one; 0 where that is near enough."""
         if len(self.smooth) < 2:
-            return
+            return 0.0
         size, last = self.model.mesh.points.size, self.smooth[-1].state.unknowns
         foretold, gone = (np.linalg.norm((s.unknowns - last)[:size]) for s in (guess, step.state))
-        if gone > ASTRAY * foretold:
-            raise StepFailed(f"it went {gone / foretold:.1f} times as far as foretold")
+        return float(gone / foretold) if gone > ASTRAY * foretold else 0.0
 
     def _share_of_the_way(self) -> float:
         """Path parameter of a step that takes its share of the way to the goal, by the tangent at rest."""
@@ -175,18 +187,21 @@ class _Walk:
             raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
         return goal.target / slope / self.stepping.states
 
-    def _first_stride(self, stride: float) -> float:
-        """That of the first step, shortened: from rest a soft finger's goal may look very far away."""
-        drive = self.model.drive
-        for cavity, kind, rate in zip(self.model.cavities, drive.kind, drive.rate, strict=True):
+    def _pumped_at_most(self, stride: float, share: float) -> float:
+        """A stride, cut to a share of each chamber that it drains (at rest) or fills (by now)."""
+        drive, now = self.model.drive, self.path.steps[-1].volumes
+        for k, (cavity, kind, rate) in enumerate(
+            zip(self.model.cavities, drive.kind, drive.rate, strict=True)
+        ):
             if kind == "volume" and rate:
-                most = FIRST_SHARE * (cavity.rest_volume + cavity.air_volume) / abs(rate)
+                volume = max(cavity.rest_volume, now[k]) if rate * stride > 0.0 else cavity.rest_volume
+                most = share * (volume + cavity.air_volume) / abs(rate)
                 stride = float(np.clip(stride, -most, most))
         return stride
 
     def _lengthen(self) -> None:
         longer = min(self.longest, abs(self.stride) * self.stepping.growth)
-        self.stride = float(np.copysign(longer, self.stride))
+        self.stride = self._pumped_at_most(float(np.copysign(longer, self.stride)), MOST_SHARE)
 
     def _accept(self, step: Step, landing: Limit | None = None) -> None:
         """Take a state into the path, unless the observer ends the path before it."""
@@ -195,6 +210,7 @@ class _Walk:
         if stop:
             self.path.end_reason = stop
             return
+        self._falls = 0
         self._note_turning(step)
         self.path.steps.append(step)
         self.smooth.append(step)
@@ -235,7 +251,32 @@ class _Walk:
         self._accept(replace(step, event=f"snap: {cause}"))
         if found is not None and not self.path.end_reason:
             self.path.end_reason = f"{found[0].reason}, passed in a snap"
-        self.stride = float(np.copysign(self.first / 4, self.stride))
+
+    def _fall_to_rest(self, control: Control) -> bool:
+        """Pump on to the control and let the structure come to rest; whether it does.
+
+        Where it goes far away it jumped. That is recorded, once the step in which it does so is a short one.
+        """
+        last = self.path.steps[-1]
+        try:
+            step = self._settled().advance(last, control)
+            found = passed(self.model, self.limits, last, step)
+            if gone := self._strays(predict(self.smooth, step.state.parameter), step):
+                if abs(self.stride) > LOCATED * self.first:
+                    self.path.failures.append(f"jump, {gone:.1f} times as far as foretold: a shorter step")
+                    return False
+                self._snap(
+                    step, f"damped motion where no step converged, from parameter {last.state.parameter:.6g}"
+                )
+                return True
+            if found is not None:
+                step = self._settled().advance(step, found[0].control)
+        except StepFailed as failure:
+            self.path.failures.append(f"no rest at {control.quantity} {control.target:.6g}: {failure}")
+            self._falls += 1
+            return False
+        self._accept(step, found[0] if found else None)
+        return True
 
     def _find_way_on(self, failure: StepFailed) -> None:
         """Go on where no step of the parameter is short enough: by length, then beyond the fold."""
@@ -250,7 +291,7 @@ class _Walk:
             start = self._fold_at if turned else last.state.parameter
             beyond = start + float(np.copysign(share * self.first, self.stride))
             try:
-                self._snap(self._settled().advance(last, beyond), cause)
+                self._snap(self._settled().advance(last, Control("parameter", beyond)), cause)
                 return
             except StepFailed as further:
                 self.path.failures.append(f"no rest at {beyond:.6g}: {further}")

@@ -1,7 +1,7 @@
 """Where the path goes next: the polynomial through the last states.
 
 Its degree is the one that would have foretold the last state best: high where the path is smooth, a line
-behind a kink such as a beginning contact.
+behind a kink such as a beginning contact. From a single state it goes along the tangent there.
 """
 
 from __future__ import annotations
@@ -21,6 +21,12 @@ def predict(steps: Sequence[Step], parameter: float) -> State:
 
     steps : the last ones, without a jump between them; parameter : where
     """
+    if len(steps) == 1 and steps[0].tangent is not None and steps[0].tangent.parameter != 0.0:
+        last, along = steps[0].state, steps[0].tangent
+        share = (parameter - last.parameter) / along.parameter
+        return State(
+            last.unknowns + share * along.unknowns, last.pressures + share * along.pressures, parameter
+        )
     recent = [step.state for step in steps[-best_degree(steps) - 1 :]]
     shares = weights([state.parameter for state in recent], parameter)
     return State(

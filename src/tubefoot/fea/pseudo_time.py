@@ -1,0 +1,171 @@
+"""A structure on its way to rest: Newton's method held back by a drag that fades as the forces do.
+
+With m_k the volume of node k, the gradient flow c m_k du_k/dt = -dE/du_k, fluids and control kept, takes one
+linearly implicit step of pseudo-time an iteration: the tangent gets c m_k on its diagonal. The density c
+grows where a step had to be cut or the residual rose, and falls with the residual otherwise, so that the last
+iterations are Newton's own (pseudo-transient continuation, Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998).
+Where Newton's method wanders, beside a buckling wall or where contacts begin, this goes downhill.
+
+The drag is no viscosity of the material: states on the way mean nothing, where they end is what counts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tubefoot.fea.bordering import Borders
+from tubefoot.fea.drive import Control
+from tubefoot.fea.equilibrium import Model
+from tubefoot.fea.items import Evaluation, State
+from tubefoot.fea.newton import admitted, advanced, converged
+from tubefoot.fea.stability import nodal_volumes
+from tubefoot.fea.step import Step, StepFailed
+
+FloatArray = NDArray[np.float64]
+
+MOST = 60
+"""Iterations after which there is no rest."""
+LONGEST = 0.3
+"""Largest displacement in one iteration over the size of a cell (the cube root of the median volume)."""
+HARDER, EASIER = 4.0, 0.1
+"""Bounds of the factor on the drag from one iteration to the next."""
+SHORT = 0.1
+"""Displacement over the longest one below which the structure is nearly at rest, whatever the forces do."""
+NO_DRAG = 1e-6
+"""Density over the first one below which there is none."""
+LEAST = 0.01
+"""Density over the first one from which it is raised after a step that led nowhere."""
+AFTER_REFUSAL, REFUSALS = 8.0, 5
+"""Factor on the density after a step that led nowhere, and how often in a row."""
+
+
+@dataclass
+class _Drag:
+    """The drag as it goes: its density [N/mm per mm^3], that of the beginning, the error before.
+
+    length : of the last step over the longest one, before it was cut
+    refused : steps in a row that led nowhere
+    """
+
+    density: float
+    first: float
+    error: float = np.inf
+    length: float = 1.0
+    refused: int = 0
+
+    def adapt(self, error: float) -> None:
+        """Choose the next density by the error at the new state.
+
+        error : there
+        """
+        ratio = error / self.error if np.isfinite(self.error) else 1.0
+        if self.length < SHORT:
+            self.density *= EASIER
+        elif self.length <= 1.0:
+            self.density *= float(np.clip(ratio, EASIER, HARDER))
+        elif ratio > 1.0:
+            self.density *= 2.0
+        if self.density < NO_DRAG * self.first:
+            self.density = 0.0
+        self.error = error
+
+    def refuse(self) -> bool:
+        """Hold the structure much more after a step that led nowhere; False after too many."""
+        self.density = AFTER_REFUSAL * max(self.density, LEAST * self.first)
+        self.error = np.inf
+        self.refused += 1
+        return self.refused <= REFUSALS
+
+
+class PseudoTime:
+    """The gradient flow of a model."""
+
+    def __init__(self, model: Model):
+        """Prepare the masses.
+
+        model : what moves
+        """
+        self.model = model
+        volumes = nodal_volumes(model)
+        self._size = 3 * len(volumes)
+        mass = np.zeros(model.n_unknowns)
+        mass[: self._size] = np.repeat(volumes, 3)
+        self._mass = mass[model.system.free]
+        cells = np.concatenate([solid.weights.sum(axis=1) for solid in model.solids])
+        self._longest = LONGEST * float(np.cbrt(np.median(cells)))
+
+    def softness(self, last: Step) -> float:
+        """A density of the size of the structure's own stiffness, 2 E / sum m u^2 [N/mm per mm^3].
+
+        last : a deformed state
+        """
+        moved = np.zeros(self.model.n_unknowns)
+        moved[: self._size] = last.state.unknowns[: self._size]
+        return 2.0 * abs(last.energy) / max(float(self._mass @ moved[self.model.system.free] ** 2), 1e-12)
+
+    def fall(self, start: State, control: Control, density: float) -> Step:
+        """The equilibrium in which the structure comes to rest, its unstable directions counted there.
+
+        start : from where; control : which quantity is kept at which value
+        density : of the drag at first [N/mm per mm^3]
+
+        Raises StepFailed, contacts as they were, when it does not come to rest.
+        """
+        if density <= 0.0:
+            raise StepFailed("no drag holds a structure that is not deformed yet")
+        choices = self.model.choices()
+        try:
+            return self._fall(start.copy(), control, _Drag(density, density))
+        except StepFailed:
+            self.model.choose(choices)
+            raise
+
+    def _fall(self, state: State, control: Control, drag: _Drag) -> Step:
+        model = self.model
+        found = admitted(model, state)
+        history: list[float] = []
+        for iteration in range(MOST):
+            borders = model.borders(state, control)
+            error = model.error(state, found, borders)
+            history.append(error)
+            if error < 1.0 and not model.pair(state, keep=True):
+                # Of the last factors the drag was part.
+                found = model.evaluate(state)
+                model.factorise(model.borders(state, Control("parameter", state.parameter)))
+                return converged(model, state, found, iteration, history, model.direction())
+            drag.adapt(error)
+            try:
+                state, found = self._moved(state, borders, drag)
+                drag.refused = 0
+            except StepFailed:
+                if not drag.refuse():
+                    raise
+                found = model.evaluate(state, stiff=False)
+        raise StepFailed(f"no rest after {MOST} steps of pseudo-time, residual {min(history):.1e} at best")
+
+    def _moved(self, state: State, borders: Borders, drag: _Drag) -> tuple[State, Evaluation]:
+        """The state after one step with the drag, cut where it is long."""
+        model = self.model
+        self._hold(state, borders, drag)
+        step, _ = model.newton_step(state, borders)
+        drag.length = float(np.abs(step.unknowns[: self._size]).max()) / self._longest
+        share = 1.0 / max(drag.length, 1.0)
+        cut = State(share * step.unknowns, share * step.pressures, share * step.parameter)
+        return advanced(model, state, cut, pairing=True)
+
+    def _hold(self, state: State, borders: Borders, drag: _Drag) -> None:
+        """Factorise with drag enough that the structure is stable under it: else it would be led uphill."""
+        model = self.model
+        model.evaluate(state)
+        diagonal = model.system.indptr[:-1]
+        bare = model.system.data[diagonal]
+        for _ in range(REFUSALS):
+            model.system.data[diagonal] = bare + drag.density * self._mass
+            model.factorise(borders)
+            if not model.unstable:
+                return
+            drag.density = AFTER_REFUSAL * max(drag.density, LEAST * drag.first)
+        raise StepFailed(f"{model.unstable} directions stay unstable under any drag")
