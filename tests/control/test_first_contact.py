@@ -67,6 +67,22 @@ def test_the_shape_alone_makes_contact_sure() -> None:
         assert sense.observe(Pause(one, other, -9 * DEG, 60 * KPA)) == found
 
 
+def test_creep_at_a_constant_force_tells_the_same_force() -> None:
+    """Angles of a wall that has relaxed by two fifths so far, then by four: what it bears stays."""
+
+    def crept(volume: float, force: float, share: float) -> Pause:
+        one = resting(volume, force)
+        turns = share * one.theta1, share * one.theta2
+        return Pause(turns[0], turns[1], sum(turns), one.pressure, (one.theta1, one.theta2))
+
+    sense = ContactSense(ContactSettings(), grip_lever(FINGER, HEIGHT))
+    for n, force in enumerate([0.0] * 8 + [0.02, 0.04]):
+        sense.observe(crept(-600.0 + 60.0 * n, force, 0.4))
+    assert sense.touching
+    assert sense.force(crept(0.0, 0.05, 0.4)) == pytest.approx(0.05, rel=0.15)
+    assert sense.force(crept(0.0, 0.05, 0.8)) == pytest.approx(sense.force(crept(0.0, 0.05, 0.4)))
+
+
 def test_contact_before_anything_is_learnt_still_tells_a_force() -> None:
     """Touching from the first pulse on, as after bad placement: within a factor of three, so that no grip
     runs on."""

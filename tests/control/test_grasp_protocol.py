@@ -100,6 +100,48 @@ def test_the_first_finger_waits_for_the_other() -> None:
     assert inward[first:second] == [(0, 1)] * (second - first)
 
 
+@pytest.mark.parametrize("receding", [0, 1])
+def test_a_free_object_that_drifts_is_put_back(receding: int) -> None:
+    """In hold and lift: inward by the finger that recedes, or outward by the other; optional either way."""
+    protocol, springs = protocol_of(), Springs()
+    while protocol.phase not in ("hold", "done"):
+        springs.run(protocol, springs.now + 1 / 30)
+    assert protocol.outcome.keep_pulses == 0
+    ways = ((1, 0), (0, -1)) if receding == 0 else ((0, 1), (-1, 0))
+    for _ in range(30):
+        springs.now += 1 / 30
+        assert not any(protocol.decide(springs.view()).pulses)
+    springs.touch = tuple(-7.0 - 8.0 * (side == receding) for side in (0, 1))  # type: ignore[assignment]
+    given = []
+    for _ in range(90):
+        springs.now += 1 / 30
+        given.append(protocol.decide(springs.view()))
+    pulsed = [decision for decision in given if any(decision.pulses)]
+    assert pulsed[0].pulses in ways
+    assert all(decision.optional for decision in pulsed)
+    assert protocol.outcome.keep_pulses == len(pulsed)
+    while protocol.phase == "hold":
+        springs.now += 1 / 30
+        protocol.decide(springs.view())
+    assert protocol.phase == "lift"
+    lifted = []
+    for _ in range(60):
+        springs.now += 1 / 30
+        lifted.append(protocol.meanwhile(springs.view()).pulses)
+    assert set(lifted) & set(ways)
+
+
+def test_hidden_markers_leave_a_hold_alone() -> None:
+    protocol, springs = protocol_of(), Springs()
+    while protocol.phase not in ("hold", "done"):
+        springs.run(protocol, springs.now + 1 / 30)
+    springs.hidden = True
+    for _ in range(60):
+        springs.now += 1 / 30
+        assert not any(protocol.decide(springs.view()).pulses)
+    assert protocol.phase == "hold"
+
+
 def test_one_pump_moves_both() -> None:
     protocol, springs = protocol_of(coupled=True), Springs(touch=(-14.0, -4.0))
     springs.run(protocol)
