@@ -34,7 +34,7 @@ LONGEST_PULSE = 1.6
 REACTION_S = 0.012
 """From the decision to the standing pump [s]."""
 HALF_FRAME_S = 1 / 60
-LOOK_S = 0.03
+LOOK_S = 0.06
 """While the finger creeps, a decision is due no sooner than that after the last."""
 SHORTEST_S = 3e-3
 """Of a pulse."""
@@ -44,7 +44,7 @@ ROOM = 0.2
 """A long pulse begins when the pressure limit lets so much of it happen."""
 LOADED = 0.6
 """Share of the pressure limit above which waiting makes room."""
-LATE = 1.1
+LATE = 1.6
 """So much later than planned the creep may arrive before more is pumped."""
 DUTY_CHANGE, WORTH_S = 0.06, 0.2
 """The duty of a running pulse is changed by no less, and not when less time is left [s]."""

@@ -52,15 +52,15 @@ class AdaptiveSettings(Settings):
     """Longest pulse at `trim_duty`."""
     trim_ahead_s: float = Field(default=0.4, ge=0, le=10)
     """How long after a short pulse the hold is expected to begin, for which its volume is chosen."""
-    arrive_s: float = Field(default=1.7, ge=0.2, le=60)
+    arrive_s: float = Field(default=2.4, ge=0.2, le=60)
     """How long after a long pulse the creep may take to bring the finger to the target."""
     arrive_deg: float = Field(default=0.5, ge=-20, le=20)
     """How far past the target that creep may lead."""
-    hold_error_deg: float = Field(default=0.62, gt=0, le=20)
+    hold_error_deg: float = Field(default=0.6, gt=0, le=20)
     """Largest error foreseen in the hold with which it may begin."""
     overshoot_deg: float = Field(default=0.9, gt=0, le=20)
     """Overshoot foreseen at which the creep is stopped by a pulse back."""
-    rest_s: float = Field(default=0.14, ge=0, le=10)
+    rest_s: float = Field(default=0.2, ge=0, le=10)
     """Least pause between pulses: pump and tube come to rest, the model learns."""
 
 
