@@ -22,9 +22,10 @@ from tubefoot.fea.finger_mesh import DEFAULT_ELEMENT_SIZE, clamp_half_finger, fi
 from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.landing import Limit
 from tubefoot.fea.measures import SectionRotation, Stresses, percentile
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.profile_mesh import Divisions
 from tubefoot.fea.solid import Solid
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import write_json
 from tubefoot.units import DEG, KPA
 

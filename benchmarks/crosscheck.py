@@ -22,9 +22,10 @@ from tubefoot.fea.finger_mesh import clamp_half_finger, finger_mesh
 from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.landing import Limit
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recast import recast
 from tubefoot.fea.solid import Solid
+from tubefoot.fea.stride import StepControl
 from tubefoot.units import KPA
 
 PRESSURES_KPA = (5.0, -5.0)

@@ -27,8 +27,9 @@ from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_mesh import clamp_half_finger
 from tubefoot.fea.finger_model import ogden_law
 from tubefoot.fea.landing import Limit
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.solid import Solid
+from tubefoot.fea.stride import StepControl
 
 STATES = 3
 """Into how many increments a load is cut: the fewest that converge."""

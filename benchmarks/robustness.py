@@ -21,7 +21,8 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConvergenceError, GeometryError
 from tubefoot.fea.finger_model import SolveSettings, build_finger, largest_stretch
 from tubefoot.fea.measures import percentile
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import read_table, write_table
 from tubefoot.units import DEG, KPA
 

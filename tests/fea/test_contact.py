@@ -252,3 +252,15 @@ def test_partners_are_not_kept_when_another_wall_has_taken_their_place():
     assert contact.look(swapped, keep=True)[0]
     found, _ = evaluate(contact, swapped.unknowns)
     assert found.min_gap == pytest.approx(0.05)
+
+
+def test_contacts_given_back_have_the_elements_that_they_had():
+    mesh = facing("quad9", 3.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(at(mesh, {3.0: 2.5}))
+    pattern, before = contact.pattern, contact.choice
+    contact.look(at(mesh, {3.0: 0.05}))
+    assert contact.pattern is not pattern
+    contact.choice = before
+    assert contact.pattern is pattern
+    assert len(contact.gaps) == 0

@@ -18,9 +18,10 @@ from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.finger_tetrahedra import finger_tetrahedra
 from tubefoot.fea.measures import SectionRotation
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recast import recast
 from tubefoot.fea.solid_part import SolidPart, build_part
+from tubefoot.fea.stride import StepControl
 from tubefoot.units import DEG, KPA
 
 DESIGN = FingerDesign().with_bellows(units=1)

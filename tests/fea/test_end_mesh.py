@@ -14,9 +14,10 @@ from tubefoot.fea.finger_mesh import finger_mesh
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.measures import RIGID_REGIONS, Stresses
 from tubefoot.fea.mesh import CellBlock, Mesh, jacobian_at
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.seam import Seam
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.stride import StepControl
 from tubefoot.fea.traction import Traction
 
 UNIONS = {"cavity_right", "cavity_left", "outside"}

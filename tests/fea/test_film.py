@@ -11,8 +11,9 @@ from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.film import Film
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.items import Evaluation, State
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.stride import StepControl
 from tubefoot.fea.traction import Traction
 
 THICKNESS, YOUNG, POISSON = 0.2, 50.0, 0.4

@@ -15,8 +15,9 @@ from tubefoot.fea.finger_mesh import finger_mesh
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.finger_tetrahedra import TUBES, finger_tetrahedra
 from tubefoot.fea.mesh import jacobian_at, scaled_jacobian
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.solid_part import SolidPart, build_part
+from tubefoot.fea.stride import StepControl
 from tubefoot.units import DEG
 
 DESIGN = FingerDesign().with_bellows(units=1)

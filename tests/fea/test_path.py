@@ -1,6 +1,7 @@
 """The path: predictor, landing on limits, folds and snaps of a balloon, named ends."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,11 +15,12 @@ from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, passed
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.predictor import best_degree, predict
 from tubefoot.fea.settle import Settler
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.fea.step import Step, StepFailed
+from tubefoot.fea.stride import StepControl
 
 NEO_HOOKEAN = OgdenLaw((0.4,), (2.0,), 400.0)
 """Its balloon has one pressure maximum and gets ever softer beyond."""
@@ -56,6 +58,14 @@ def test_the_predictor_takes_the_degree_that_foretold_the_last_state():
 
 def test_a_single_state_predicts_itself():
     assert predict([step(0.3, 1.0, 2.0)], 0.5).unknowns == pytest.approx([1.0, 2.0])
+
+
+def test_a_single_state_with_a_tangent_predicts_along_it():
+    known = replace(step(0.3, 1.0, 2.0), tangent=State(np.array([0.2, -0.4]), np.array([1.0]), 0.1))
+    found = predict([known], 0.5)
+    assert found.unknowns == pytest.approx([1.4, 1.2])
+    assert found.pressures == pytest.approx([2.6])
+    assert found.parameter == pytest.approx(0.5)
 
 
 @pytest.mark.parametrize("short", [1e-16, 1e-12, -1e-12])
@@ -173,6 +183,15 @@ def test_without_a_stable_state_there_is_no_rest():
     start = follow(model, Limit(Control("parameter", 0.05), "there"), stepping=StepControl(states=2))
     with pytest.raises(StepFailed):
         Settler(model).advance(start.steps[-1], Control("parameter", 1.0))
+
+
+def test_newton_gives_a_step_without_equilibrium_up_early():
+    model = balloon(NEO_HOOKEAN, "pressure")
+    start = follow(model, Limit(Control("parameter", 0.05), "there"), stepping=StepControl(states=2))
+    before = model.timings.factorisations
+    with pytest.raises(StepFailed):
+        model.solve(start.steps[-1].state, Control("parameter", 1.0))
+    assert 0 < model.timings.factorisations - before < model.tolerance.iterations / 2
 
 
 def test_a_numerical_failure_is_no_instability(monkeypatch):

@@ -10,9 +10,10 @@ from tubefoot.fea.elements import element_kind
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.measures import PAPER_AXES
 from tubefoot.fea.mesh import FacetSet
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.seam import FaceCells, Seam, SeamState, hand_weights, seam_rows, support_forces
 from tubefoot.fea.solid import OgdenLaw, Solid
+from tubefoot.fea.stride import StepControl
 
 FINGER = FingerDesign().with_bellows(units=1)
 

@@ -12,9 +12,10 @@ from tubefoot.config import parse_settings
 from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError, ConvergenceError
 from tubefoot.fea.finger_model import SolveSettings, build_finger
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recorder import CURVE_COLUMNS
 from tubefoot.fea.solve import solve_design
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import read_table
 
 FINGER = FingerDesign().with_bellows(units=1)

@@ -12,10 +12,11 @@ from tubefoot.design.finger import FingerDesign
 from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.finger_model import SolveSettings, build_finger
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recorder import CURVE_COLUMNS
 from tubefoot.fea.solid_part import SetNames, SolidPart, build_part, load_part
 from tubefoot.fea.solve_part import solve_part
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import read_table
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "solids" / "eccentric-tube.toml"

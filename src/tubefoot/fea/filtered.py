@@ -21,8 +21,9 @@ from tubefoot.fea.drive import Drive
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.step import Step
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import Run, write_table, write_whole
 from tubefoot.units import KPA
 

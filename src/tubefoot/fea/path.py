@@ -26,8 +26,9 @@ from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, next_target, passed, value_of
 from tubefoot.fea.predictor import predict
 from tubefoot.fea.settle import Settler
-from tubefoot.fea.stability import CriticalMode, critical_mode
+from tubefoot.fea.stability import critical_mode, place_of
 from tubefoot.fea.step import Step, StepFailed
+from tubefoot.fea.stride import StepControl, Stride
 
 EASY = 8
 """Iterations up to which a step was easy enough for a longer one to follow."""
@@ -35,33 +36,12 @@ ASTRAY = 4.0
 """Way from the last state to a new one, over the foretold way, beyond which it lies on another branch."""
 ARC_STEPS = 16
 """Steps by the path's length in which a fold shows, or the parameter passes what stopped it."""
-FIRST_SHARE = 0.1
-"""Share of a chamber, trapped air included, that the first step pumps at most."""
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the first step, the next stable state is looked for."""
 LOCATED = 1 / 8
 """Longest step over the first one in which a jump is taken for located."""
 FALLS = 2
 """Times that the structure is let fall from one state without coming to rest."""
-MOST_SHARE = 0.2
-"""Share of a chamber that a later step pumps at most."""
-
-
-@dataclass(frozen=True)
-class StepControl:
-    """How the path is stepped.
-
-    states : how many states the way to the goal is cut into, about
-    growth : factor on the step after an easy one; shrink : after a failed one
-    smallest : shortest step over the first one before another way on is looked for
-    most : states after which the path is given up
-    """
-
-    states: int = 8
-    growth: float = 1.5
-    shrink: float = 0.5
-    smallest: float = 1 / 32
-    most: int = 400
 
 
 @dataclass
@@ -127,13 +107,9 @@ class _Walk:
         observe: Observer | None,
         path: Path,
     ):
-        self.model, self.limits, self.stepping, self.observe = model, limits, stepping, observe
+        self.model, self.limits, self.observe = model, limits, observe
         self.path = path
-        share = self._share_of_the_way()
-        self.longest = abs(share)
-        self.stride = self._pumped_at_most(share, FIRST_SHARE)
-        self.first = abs(self.stride)
-        self.shortest = self.first * stepping.smallest
+        self.stride = Stride(model, limits[0].control, stepping, path.steps[-1])
         # States since the last snap: no polynomial goes across one.
         self.smooth = list(path.steps)
         self._settler: Settler | None = None
@@ -142,7 +118,7 @@ class _Walk:
     def advance(self) -> None:
         """Add the next state, or shorten the step."""
         self._started = time.perf_counter()
-        target, landing = next_target(self.model, self.smooth, self.stride, self.limits)
+        target, landing = next_target(self.model, self.smooth, self.stride.value, self.limits)
         control = Control("parameter", target) if landing is None else landing.control
         try:
             guess = predict(self.smooth, target)
@@ -155,8 +131,7 @@ class _Walk:
             self.path.failures.append(f"step to {target:.6g} failed: {failure}")
             if self._falls < FALLS and self._fall_to_rest(control):
                 return
-            self.stride *= self.stepping.shrink
-            if abs(self.stride) < self.shortest:
+            if not self.stride.shorten():
                 self._find_way_on(failure)
             return
         if self._lost_balance(step):
@@ -164,7 +139,7 @@ class _Walk:
             return
         self._accept(step, landing)
         if step.iterations <= EASY:
-            self._lengthen()
+            self.stride.lengthen(step)
 
     def _require_near(self, guess: State, step: Step) -> None:
         """Refuse a state that lies much farther away than was foretold: Newton went to another branch."""
@@ -178,30 +153,6 @@ class _Walk:
         size, last = self.model.mesh.points.size, self.smooth[-1].state.unknowns
         foretold, gone = (np.linalg.norm((s.unknowns - last)[:size]) for s in (guess, step.state))
         return float(gone / foretold) if gone > ASTRAY * foretold else 0.0
-
-    def _share_of_the_way(self) -> float:
-        """Path parameter of a step that takes its share of the way to the goal, by the tangent at rest."""
-        goal = self.limits[0].control
-        slope = self.model.slope_at_rest(goal)
-        if slope == 0.0:
-            raise ConvergenceError(f"the drive does not move the goal's quantity ({goal.quantity})")
-        return goal.target / slope / self.stepping.states
-
-    def _pumped_at_most(self, stride: float, share: float) -> float:
-        """A stride, cut to a share of each chamber that it drains (at rest) or fills (by now)."""
-        drive, now = self.model.drive, self.path.steps[-1].volumes
-        for k, (cavity, kind, rate) in enumerate(
-            zip(self.model.cavities, drive.kind, drive.rate, strict=True)
-        ):
-            if kind == "volume" and rate:
-                volume = max(cavity.rest_volume, now[k]) if rate * stride > 0.0 else cavity.rest_volume
-                most = share * (volume + cavity.air_volume) / abs(rate)
-                stride = float(np.clip(stride, -most, most))
-        return stride
-
-    def _lengthen(self) -> None:
-        longer = min(self.longest, abs(self.stride) * self.stepping.growth)
-        self.stride = self._pumped_at_most(float(np.copysign(longer, self.stride)), MOST_SHARE)
 
     def _accept(self, step: Step, landing: Limit | None = None) -> None:
         """Take a state into the path, unless the observer ends the path before it."""
@@ -235,7 +186,7 @@ class _Walk:
         cause = (
             f"unstable between parameters {before.state.parameter:.6g} and {step.state.parameter:.6g}: "
             f"{mode.unstable} negative eigenvalue{'s' if mode.unstable != 1 else ''}, "
-            f"{mode.stiffness:.2g} N/mm^4, largest displacement {self._place(mode)}"
+            f"{mode.stiffness:.2g} N/mm^4, largest displacement {place_of(self.model, mode)}"
         )
         try:
             self._snap(self._settled().leave(before, step, mode), cause)
@@ -262,7 +213,7 @@ class _Walk:
             step = self._settled().advance(last, control)
             found = passed(self.model, self.limits, last, step)
             if gone := self._strays(predict(self.smooth, step.state.parameter), step):
-                if abs(self.stride) > LOCATED * self.first:
+                if self.stride.over_first() > LOCATED:
                     self.path.failures.append(f"jump, {gone:.1f} times as far as foretold: a shorter step")
                     return False
                 self._snap(
@@ -289,7 +240,7 @@ class _Walk:
             cause = f"fold of the path in its parameter at {self._fold_at:.6g}"
         for share in BEYOND:
             start = self._fold_at if turned else last.state.parameter
-            beyond = start + float(np.copysign(share * self.first, self.stride))
+            beyond = start + self.stride.forward * share * self.stride.first
             try:
                 self._snap(self._settled().advance(last, Control("parameter", beyond)), cause)
                 return
@@ -298,7 +249,7 @@ class _Walk:
         if turned:
             mode = critical_mode(self.model, last.state)
             self.path.end_reason = (
-                f"instability: {cause}, softest {self._place(mode)}; no stable state found beyond"
+                f"instability: {cause}, softest {place_of(self.model, mode)}; no stable state found beyond"
             )
             return
         raise ConvergenceError(
@@ -309,9 +260,9 @@ class _Walk:
 
     def _go_by_length(self) -> bool | None:
         """Take steps along the arc: True at a fold, False where it gives up, None where it led on."""
-        last, forward = self.path.steps[-1], float(np.sign(self.stride))
+        last, forward = self.path.steps[-1], self.stride.forward
         farthest, unstable = last.state.parameter, None
-        failed_at = farthest + forward * self.first / 8
+        failed_at = farthest + forward * self.stride.first / 8
         arc = Arc(self.model, self._before(last), last.state)
         try:
             for step in arc.steps(ARC_STEPS):
@@ -336,35 +287,15 @@ class _Walk:
                 return False
         if unstable is not None:
             self._leave(unstable)
-        self.stride = forward * self.first / 8
+        self.stride.restart(1 / 8)
         return None
 
     def _before(self, last: Step) -> State:
         """A state before the last one: that of the path, or after a snap one along its tangent."""
         if len(self.smooth) > 1:
             return self.smooth[-2].state
-        back = -float(np.copysign(self.shortest, self.stride))
-        if last.tangent is None:
-            return State(last.state.unknowns, last.state.pressures, last.state.parameter + back)
-        back /= last.tangent.parameter
-        return State(
-            last.state.unknowns + back * last.tangent.unknowns,
-            last.state.pressures + back * last.tangent.pressures,
-            last.state.parameter + back * last.tangent.parameter,
-        )
+        return predict([last], last.state.parameter - self.stride.forward * self.stride.shortest)
 
     def _settled(self) -> Settler:
         self._settler = self._settler or Settler(self.model)
         return self._settler
-
-    def _place(self, mode: CriticalMode) -> str:
-        """Region and rest position of the largest displacement of a mode."""
-        mesh = self.model.mesh
-        point = int(np.argmax(np.linalg.norm(mode.shape, axis=1)))
-        regions = {
-            mesh.regions[k].replace("_", " ")
-            for block in mesh.blocks
-            for k in block.region[(block.nodes == point).any(axis=1)]
-        }
-        x, y, z = mesh.points[point]
-        return f"in {' and '.join(sorted(regions))} at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm"

@@ -14,10 +14,11 @@ from tubefoot.fea.hotspots import hotspot_rows
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import FloatArray, Stresses
 from tubefoot.fea.path import Path as SolvedPath
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recorder import Progress, Recorder, SolveResult, record, stress_shares
 from tubefoot.fea.seam import Seam, seam_rows
 from tubefoot.fea.step import Step
+from tubefoot.fea.stride import StepControl
 from tubefoot.fea.timeline import TimedStep, Timeline
 from tubefoot.records import Run
 

@@ -14,10 +14,11 @@ from tubefoot.errors import ConfigError
 from tubefoot.fea.finger_model import SolveSettings
 from tubefoot.fea.ledger import Ledger, Row
 from tubefoot.fea.measures import FloatArray, Stresses
-from tubefoot.fea.path import StepControl, follow
+from tubefoot.fea.path import follow
 from tubefoot.fea.recorder import Progress, SolveResult, record, stress_shares
 from tubefoot.fea.solid_part import PartModel, SolidPart, build_part
 from tubefoot.fea.step import Step
+from tubefoot.fea.stride import StepControl
 from tubefoot.records import Run
 from tubefoot.units import ML
 

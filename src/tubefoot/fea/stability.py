@@ -19,6 +19,8 @@ from tubefoot.fea.items import State
 FloatArray = NDArray[np.float64]
 
 ITERATIONS = 60
+ACCURATE = 1e-3
+"""Relative change of the critical eigenvalue at which it is known well enough."""
 BLOCK = 8
 """Modes iterated at a time: a finger's soft bending lies closer to zero than the buckling of a fold."""
 
@@ -66,10 +68,26 @@ def critical_mode(model: Model, state: State) -> CriticalMode:
         values, turns = _ritz((moved * mass) @ block.T, (moved * mass) @ moved.T)
         block = turns.T @ moved
         critical = int(np.argmin(values)) if values.min() < 0.0 else 0
-        if abs(values[critical] - before[critical]) < 1e-6 * abs(values[critical]):
+        if abs(values[critical] - before[critical]) < ACCURATE * abs(values[critical]):
             break
     shape = block[critical, : model.mesh.points.size].reshape(-1, 3)
     return CriticalMode(float(values[critical]), shape / np.abs(shape).max(), unstable)
+
+
+def place_of(model: Model, mode: CriticalMode) -> str:
+    """Region and rest position of the largest displacement of a mode, in words.
+
+    model : whose; mode : its mode
+    """
+    mesh = model.mesh
+    point = int(np.argmax(np.linalg.norm(mode.shape, axis=1)))
+    regions = {
+        mesh.regions[k].replace("_", " ")
+        for block in mesh.blocks
+        for k in block.region[(block.nodes == point).any(axis=1)]
+    }
+    x, y, z = mesh.points[point]
+    return f"in {' and '.join(sorted(regions))} at x = {x:.1f}, y = {y:.1f}, z = {z:.1f} mm"
 
 
 def _ritz(stiffness: FloatArray, size: FloatArray) -> tuple[FloatArray, FloatArray]:
