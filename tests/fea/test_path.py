@@ -169,7 +169,8 @@ def test_a_pressed_balloon_that_stiffens_snaps_and_goes_on():
     assert len(snaps) == 1
     assert path.steps[snaps[0]].event.startswith("snap: ")
     before, after = path.steps[snaps[0] - 1], path.steps[snaps[0]]
-    assert before.state.parameter == pytest.approx(top, rel=0.02)
+    # A jump counts as located in a quarter of the first step, here 1.2 / 8 of the maximum.
+    assert before.state.parameter == pytest.approx(top, rel=1.2 / 8 / 4)
     assert after.volumes[0] > 2.0 * before.volumes[0]
     # It came to rest on the branch that pumping finds.
     volumes = [s.volumes[0] for s in slow.steps]
