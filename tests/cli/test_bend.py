@@ -78,6 +78,21 @@ def test_the_recording_holds_samples_pulses_and_decisions(there_and_back):
     assert len(recording.rows("samples")) > 1000
 
 
+def test_the_recording_holds_the_angles_of_every_frame_and_can_be_validated(there_and_back):
+    """Also between decisions, where the finger creeps: 30 frames a second less those that were dropped."""
+    from tubefoot.validation.loading import load_recording
+
+    recording = Recording(there_and_back / "bench.mcap")
+    angles, rows = recording.rows("angles"), read_table(there_and_back / "bend.csv")
+    assert len(angles) == len(rows)
+    assert [row["bend_deg"] for row in angles] == pytest.approx([row["bend_deg"] for row in rows], abs=1e-3)
+    apart = np.diff([row["time_s"] for row in angles])
+    assert np.median(apart) == pytest.approx(1 / 30, rel=0.02)
+    record = load_recording(there_and_back / "bench.mcap")
+    assert len(record.angle) == len(angles)
+    assert record.latency.seconds == pytest.approx(0.0, abs=0.05)
+
+
 def test_claims_are_judged_on_the_records(there_and_back, the_other_way):
     run, other = BendRecord(there_and_back), BendRecord(the_other_way)
     assert judge_bench_pressures(run).verdict == "holds"

@@ -50,7 +50,7 @@ class BendLoop:
 
         rig : that pumps; angles : that sees
         settings : of guard and goal
-        recorder : told of every decision
+        recorder : told of every frame's angles and of every decision
         watch : called with every row of the trace
         further : columns beside the measured ones, recorded and never steered by
         """
@@ -117,14 +117,18 @@ class BendLoop:
             self._record(seen, row, motion.controller)
 
     def _look(self, state: MotionState) -> FingerReading | None:
-        """The next reading; None when the camera delivers nothing."""
+        """The next reading, recorded; None when the camera delivers nothing."""
         try:
-            return self._angles.read()
+            reading = self._angles.read()
         except EndOfFrames:
             raise LinkError("the camera's frames have ended; a recording cannot be steered by") from None
         except LinkError as error:
             state.why_blind = str(error)
             return None
+        if self._recorder is not None:
+            now = self._rig.clock.now()
+            self._recorder.angle(reading.time_s, now, reading.columns(), reading.fault)
+        return reading
 
     def _measured(
         self, reading: FingerReading | None, sample: Reading, now: float, state: MotionState

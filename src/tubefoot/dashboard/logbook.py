@@ -16,7 +16,6 @@ from tubefoot.errors import ConfigError, LinkError
 from tubefoot.lab.board_rig import BoardRig
 from tubefoot.lab.recorder import Recorder
 from tubefoot.records import free_path, write_table, write_whole
-from tubefoot.units import DEG
 from tubefoot.vision.finger import FingerReading
 
 
@@ -71,7 +70,7 @@ class Logbook:
             return
         try:
             if not self.angles_by_other:
-                self.recorder.angle(reading.time_s, now, _angles(reading), reading.fault)
+                self.recorder.angle(reading.time_s, now, reading.columns(), reading.fault)
             if self._pictures and sight.jpeg:
                 self.recorder.frame(reading.time_s, sight.jpeg, *sight.size)
         except LinkError:
@@ -103,12 +102,6 @@ class Logbook:
             return None
         whole = [{key: _cell(value) for key, value in row.items()} for row in rows]
         return write_table(free_path(self.directory, "motion", ".csv"), whole, COLUMNS)
-
-
-def _angles(reading: FingerReading) -> dict[str, float]:
-    angles = {"bend_deg": reading.bend, "sigma_deg": reading.sigma}
-    angles |= {"theta1_deg": reading.theta1, "theta2_deg": reading.theta2}
-    return {key: angle / DEG for key, angle in angles.items()} | {"quality": reading.quality}
 
 
 def kept_text(directory: Path, stem: str, suffix: str, text: str) -> Path:

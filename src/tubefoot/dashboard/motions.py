@@ -140,7 +140,11 @@ def _moved(session: Session, rig: WatchedRig, controller: Controller, volume: fl
         raise ConfigError("closed loop needs the camera: start the dashboard with --camera camera.toml")
     session.target_at = controller.target_at
     loop = BendLoop(rig, bench.angles, session.plans.settings, session.log.recorder)
-    motion = loop.run(controller, volume, controller.name, timed)
+    session.log.angles_by_other = True
+    try:
+        motion = loop.run(controller, volume, controller.name, timed)
+    finally:
+        session.log.angles_by_other = False
     session.log.trace(motion.rows)
     if not motion.settled:
         raise ConvergenceError(motion.reason)

@@ -17,7 +17,7 @@ from tubefoot.errors import ConfigError, LinkError, SafetyStop
 from tubefoot.lab.recorder import Recorder
 from tubefoot.lab.rig import FORWARD, REVERSE, Neutral, Rig
 from tubefoot.records import write_json
-from tubefoot.units import DEG, KPA
+from tubefoot.units import KPA
 from tubefoot.validation.campaign import Block, Campaign
 from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.camera import StaleFrameError
@@ -216,14 +216,7 @@ class CampaignRun:
             raise LinkError(
                 f"{error}; the campaign stops: give the same command again to go on with this repeat"
             ) from error
-        values = {
-            "bend_deg": seen.bend / DEG,
-            "sigma_deg": seen.sigma / DEG,
-            "theta1_deg": seen.theta1 / DEG,
-            "theta2_deg": seen.theta2 / DEG,
-            "quality": seen.quality,
-        }
-        self._recorder.angle(seen.time_s, self._rig.clock.now(), values, seen.fault)
+        self._recorder.angle(seen.time_s, self._rig.clock.now(), seen.columns(), seen.fault)
         self._rig.wait(0.0)
 
     def _note(self, name: str, **detail: str) -> None:

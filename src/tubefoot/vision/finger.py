@@ -59,6 +59,12 @@ class FingerReading:
         """How many markers were measured."""
         return sum(not reading.lost for reading in self.markers.values())
 
+    def columns(self) -> dict[str, float]:
+        """What of it is recorded, by column: angles with their uncertainty [deg], quality."""
+        angles = {"bend_deg": self.bend, "sigma_deg": self.sigma}
+        angles |= {"theta1_deg": self.theta1, "theta2_deg": self.theta2}
+        return {key: angle / DEG for key, angle in angles.items()} | {"quality": self.quality}
+
 
 @dataclass
 class FingerTracker:
