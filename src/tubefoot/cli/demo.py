@@ -14,6 +14,9 @@ from cyclopts.validators import Number
 if TYPE_CHECKING:
     from tubefoot.cli.demo_stages import Stage
 
+PACE_SHARE = 0.08
+"""Share of the work after which its pace is known; before, most of the time went into starting up."""
+
 
 def demo(
     *,
@@ -132,6 +135,6 @@ class Progress:
         worked = sum(self._costs[name] * (self._shares[name] - begun) for name, begun in self._begun.items())
         elapsed = time.perf_counter() - self._started
         seconds = (everything - passed) / max(worked, 1e-9) * elapsed
-        if worked < 0.03 * everything or seconds < 1.0:
+        if worked < PACE_SHARE * everything or seconds < 1.0:
             return ""
         return f", about {seconds:.0f} s left" if seconds < 100 else f", about {seconds / 60:.0f} min left"
