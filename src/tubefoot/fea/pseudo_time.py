@@ -11,7 +11,7 @@ The drag is no viscosity of the material: states on the way mean nothing, where 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,10 @@ MOST = 60
 """Iterations after which there is no rest."""
 LONGEST = 0.3
 """Largest displacement in one iteration over the size of a cell (the cube root of the median volume)."""
+NEAR = 1e5
+"""Error over the tolerance below which such a state keeps its contacts until it has converged."""
+DEEPER = 0.05
+"""By how much a penetration may grow in one iteration [mm]: deep ones throw walls apart in the next."""
 HARDER, EASIER = 4.0, 0.1
 """Bounds of the factor on the drag from one iteration to the next."""
 SHORT = 0.1
@@ -138,7 +142,7 @@ class PseudoTime:
                 return converged(model, state, found, iteration, history, model.direction())
             drag.adapt(error)
             try:
-                state, found = self._moved(state, borders, drag)
+                state, found = self._moved(state, found.min_gap, borders, drag)
                 drag.refused = 0
             except StepFailed:
                 if not drag.refuse():
@@ -146,15 +150,21 @@ class PseudoTime:
                 found = model.evaluate(state, stiff=False)
         raise StepFailed(f"no rest after {MOST} steps of pseudo-time, residual {min(history):.1e} at best")
 
-    def _moved(self, state: State, borders: Borders, drag: _Drag) -> tuple[State, Evaluation]:
-        """The state after one step with the drag, cut where it is long."""
+    def _moved(self, state: State, gap: float, borders: Borders, drag: _Drag) -> tuple[State, Evaluation]:
+        """The state after one step with the drag, cut where it is long or leads far into a wall."""
         model = self.model
         self._hold(state, borders, drag)
         step, _ = model.newton_step(state, borders)
         drag.length = float(np.abs(step.unknowns[: self._size]).max()) / self._longest
         share = 1.0 / max(drag.length, 1.0)
         cut = State(share * step.unknowns, share * step.pressures, share * step.parameter)
-        return advanced(model, state, cut, pairing=True)
+        exact = model.tolerance
+        model.tolerance = replace(exact, min_gap=max(exact.min_gap, min(gap, 0.0) - DEEPER))
+        try:
+            # Nearly at rest a point that slides to and fro over an edge would keep the whole from settling.
+            return advanced(model, state, cut, pairing=drag.length > SHORT or drag.error > NEAR)
+        finally:
+            model.tolerance = exact
 
     def _hold(self, state: State, borders: Borders, drag: _Drag) -> None:
         """Factorise with drag enough that the structure is stable under it: else it would be led uphill."""
