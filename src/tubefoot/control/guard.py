@@ -12,8 +12,8 @@ from tubefoot.lab.rig import RigLimits
 from tubefoot.units import DEG, KPA, ML
 
 SIDES = ("right", "left")
-RELAXING_S = 0.5
-"""How long the pump must have stood: two samples may be the same by chance."""
+RELAXING_S, RELAXING_FRAMES = 0.5, 6
+"""How long the pump must have stood, and in how many frames: a few samples may be the same by chance."""
 TURN_SEEN = 0.5 * DEG
 """Change of the bend angle that counts as an answer [rad]."""
 
@@ -73,6 +73,7 @@ class AnswerCheck:
         self._settings = settings
         self._from: Measurement | None = None
         self._low = self._high = (0.0, 0.0)
+        self._frames = 0
 
     def fault(self, seen: Measurement) -> str:
         """What is wrong, empty while nothing is.
@@ -86,8 +87,10 @@ class AnswerCheck:
         self._low = (min(self._low[0], seen.pressures[0]), min(self._low[1], seen.pressures[1]))
         self._high = (max(self._high[0], seen.pressures[0]), max(self._high[1], seen.pressures[1]))
         ranges = [high - low for high, low in zip(self._high, self._low, strict=True)]
+        self._frames += 1
         if not seen.direction:
-            return self._relaxed(ranges) if seen.time - start.time > RELAXING_S else ""
+            long = seen.time - start.time > RELAXING_S and self._frames >= RELAXING_FRAMES
+            return self._relaxed(ranges) if long else ""
         volume = abs(seen.pumped_volume - start.pumped_volume)
         if volume < self._settings.still_ml * ML:
             return ""
@@ -96,7 +99,7 @@ class AnswerCheck:
         return self._judged(volume, ranges, turned)
 
     def _begin(self, seen: Measurement) -> None:
-        self._from = seen
+        self._from, self._frames = seen, 1
         self._low = self._high = seen.pressures
 
     def _relaxed(self, ranges: list[float]) -> str:
