@@ -200,12 +200,14 @@ def state_at(
 def values_of(make: BenchSettings, duty: float = 0.35) -> dict[str, float]:
     """The unknowns' values of a virtual bench, for tests and for judging a fit.
 
-    make : what it is made of; duty : of the campaign's pulses
+    make : what it is made of; duty : of the campaign's pulses as the board tells it, of 255
+
+    The board's timer makes (n + 1) / 256 of n / 255.
     """
     values = {unknown.name: unknown.outer(unknown.middle) for unknown in UNKNOWNS}
     climate, pump = make.climate, make.pump
     warmer = 1.0 + climate.stiffness_per_k * climate.start_k
-    worn = 1.0 - pump.wear
+    worn, given = 1.0 - pump.wear, (255.0 * duty + 1.0) / 256.0
     values |= {
         "scale": make.finger.stiffness * warmer,
         "seam": make.finger.seam_stiffening / warmer,
@@ -223,5 +225,5 @@ def values_of(make: BenchSettings, duty: float = 0.35) -> dict[str, float]:
         ("forward", pump.flow_forward_ml_per_s, pump.dead_duty_forward),
         ("reverse", pump.flow_reverse_ml_per_s, pump.dead_duty_reverse),
     ):
-        values[f"flow_{way}_ml_per_s"] = full * worn * (duty - dead) / (1.0 - dead)
+        values[f"flow_{way}_ml_per_s"] = full * worn * (given - dead) / (1.0 - dead)
     return values

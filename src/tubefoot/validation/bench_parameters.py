@@ -104,6 +104,7 @@ UNKNOWNS = (
     ),
     Unknown("fast_loss_s", "log", 1e-4, 0.3, log(0.012), 0.7, "of what relaxes faster than the terms", True),
     _nuisance("pump_lag_s", 0.06, 0.02, "time constant of the motor", 2.5),
+    _nuisance("lost_time_s", 0.0005, 0.0005, "of each pulse: it runs shorter than the board told", 4.0),
     _nuisance("gain_right", 1.0, 0.01, "of the right pressure sensor"),
     _nuisance("gain_left", 1.0, 0.01, "of the left pressure sensor"),
     _nuisance("angle_gain", 1.0, 0.003, "of the measured angle"),
@@ -173,13 +174,14 @@ def pumped_volumes(observation: Observation, values: Mapping[str, float], duty: 
 
     observation : with the pulses; values : by the names of UNKNOWNS; duty : at which their flows are
 
-    A pulse begins and ends with the motor's lag. Another duty has its flow in proportion to its excess over a
-    dead duty of 0.16; an unknown one counts as that duty.
+    A pulse begins and ends with the motor's lag; its lost time takes volume from all of it. Another duty has
+    its flow in proportion to its excess over a dead duty of 0.16; an unknown one counts as that duty.
     """
     flows = ML * np.array([values["flow_forward_ml_per_s"], values["flow_reverse_ml_per_s"]])
     used = np.where(np.isfinite(observation.duties), observation.duties, duty)
     way = np.where(observation.directions > 0, 0, 1)
-    rate = flows[way] * _excess(used) / _excess(np.array(duty))
+    ran = 1.0 - values["lost_time_s"] / (observation.ends - observation.starts)
+    rate = flows[way] * _excess(used) / _excess(np.array(duty)) * ran
     begin, beyond = (
         np.searchsorted(observation.grid, at - SAME_TIME_S) for at in (observation.starts, observation.ends)
     )

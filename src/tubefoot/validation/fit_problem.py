@@ -13,12 +13,14 @@ from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
 
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.relaxation import Prony
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.bench_parameters import (
     NAMES,
+    SAME_TIME_S,
     UNKNOWNS,
     Unknown,
     bench_numbers,
@@ -26,6 +28,7 @@ from tubefoot.validation.bench_parameters import (
     starting_values,
     usual_duty,
 )
+from tubefoot.validation.discrepancy import Residuals, found_sizes
 from tubefoot.validation.lean_bench import Course, LeanBench
 from tubefoot.validation.windows import Observation
 
@@ -37,6 +40,8 @@ MEASURED_ONLY = ("gain_right", "gain_left", "angle_gain", "angle_zero_deg", "zer
 """Unknowns that change what is measured, not what happens."""
 STEP = 1e-3
 """Of a difference, over the prior's sigma."""
+VOLUME_STEP = 0.3
+"""Of a difference by the volume of a pulse [mm^3]."""
 
 
 class FitProblem:
@@ -79,7 +84,8 @@ class FitProblem:
         self.spread = np.array([unknown.sigma for unknown, _ in self.columns])
         self.low = np.array([unknown.inner(unknown.low) for unknown, _ in self.columns])
         self.high = np.array([unknown.inner(unknown.high) for unknown, _ in self.columns])
-        self.inflation = np.ones(3)
+        self.sizes: dict[str, float] = {}
+        self._factors: list[FloatArray] = []
         self.evaluations = 0
 
     def values(self, x: FloatArray, which: int) -> dict[str, float]:
@@ -98,12 +104,13 @@ class FitProblem:
 
         x : (p,) inner values; which : number of the recording
         """
+        values = self.values(x, which)
+        return self._simulate(which, pumped_volumes(self.observations[which], values, self.duty), values)
+
+    def _simulate(self, which: int, pumped: FloatArray, values: Mapping[str, float]) -> Course:
         self.evaluations += 1
-        values, seen = self.values(x, which), self.observations[which]
-        volumes = pumped_volumes(seen, values, self.duty)
-        return self.benches[which].simulate(
-            np.diff(seen.grid), volumes, bench_numbers(values, self.relaxation)
-        )
+        steps = np.diff(self.observations[which].grid)
+        return self.benches[which].simulate(steps, pumped, bench_numbers(values, self.relaxation))
 
     def measured(
         self, x: FloatArray, which: int, course: Course
@@ -125,13 +132,19 @@ class FitProblem:
 
         x : (p,) inner values; which : number of the recording; course : its course, if known
         """
+        off = self.off(x, which, course)
+        if self._factors:
+            return np.asarray(solve_triangular(self._factors[which], off, lower=True))
+        return off / np.concatenate([seen.sigma for seen in self.observations[which].quantities])
+
+    def off(self, x: FloatArray, which: int, course: Course | None = None) -> FloatArray:
+        """Model less data of one recording, (n,) [MPa], [rad]: windows of right, left and angle.
+
+        x : (p,) inner values; which : number of the recording; course : its course, if known
+        """
         model = self.measured(x, which, course or self.course(x, which))
-        return np.concatenate(
-            [
-                (mean - seen.values) / seen.sigma / scale
-                for mean, seen, scale in zip(model, self._seen(which), self.inflation, strict=True)
-            ]
-        )
+        seen = self.observations[which].quantities
+        return np.concatenate([mean - windows.values for mean, windows in zip(model, seen, strict=True)])
 
     def all_residuals(self, x: FloatArray) -> FloatArray:
         """Weighted residuals of all recordings and, last, those of the priors.
@@ -146,46 +159,62 @@ class FitProblem:
 
         x : (p,) inner values
         """
-        count, blocks = len(x), []
-        for which in range(len(self.observations)):
-            course = self.course(x, which)
-            base = self.residuals(x, which, course)
-            block = np.zeros((len(base), count))
-            for column, (unknown, owner) in enumerate(self.columns):
-                if owner not in (-1, which):
-                    continue
-                step = STEP * self.spread[column]
-                if x[column] + step > self.high[column]:
-                    step = -step
-                moved = x.copy()
-                moved[column] += step
-                known = course if unknown.name in MEASURED_ONLY else None
-                block[:, column] = (self.residuals(moved, which, known) - base) / step
-            blocks.append(block)
+        blocks = [self._slopes(x, which, self.residuals) for which in range(len(self.observations))]
         return np.vstack([*blocks, np.diag(1.0 / self.spread)])
+
+    def _slopes(self, x: FloatArray, which: int, of: Any) -> FloatArray:
+        """Derivatives of `residuals` or `off` of one recording, (n, p)."""
+        course = self.course(x, which)
+        base = of(x, which, course)
+        found = np.zeros((len(base), len(x)))
+        for column, (unknown, owner) in enumerate(self.columns):
+            if owner not in (-1, which):
+                continue
+            step = STEP * self.spread[column]
+            if x[column] + step > self.high[column]:
+                step = -step
+            moved = x.copy()
+            moved[column] += step
+            known = course if unknown.name in MEASURED_ONLY else None
+            found[:, column] = (of(moved, which, known) - base) / step
+        return found
 
     def start(self) -> FloatArray:
         """Inner values at which a fit starts: the priors' middles."""
         return np.clip(self.middle, self.low + 1e-9, self.high - 1e-9)
 
-    def inflate(self, x: FloatArray) -> None:
-        """Take residuals beyond noise, and alike from window to window, into the uncertainties.
+    def weigh(self, x: FloatArray) -> None:
+        """Find how large the lean model's own errors are, and count them in the residuals from now on.
 
-        x : (p,) inner values of a fit
+        x : (p,) inner values of a first fit
         """
-        parts: list[list[FloatArray]] = [[], [], []]
-        for which in range(len(self.observations)):
-            ends = np.cumsum([len(seen.values) for seen in self._seen(which)])[:-1]
-            for kind, part in enumerate(np.split(self.residuals(x, which), ends)):
-                parts[kind].append(part)
-        for kind, of_kind in enumerate(parts):
-            size = float(np.mean(np.concatenate(of_kind) ** 2)) if sum(map(len, of_kind)) else 1.0
-            length = np.mean([_correlation_length(each) for each in of_kind if len(each)] or [1.0])
-            self.inflation[kind] *= max(1.0, float(np.sqrt(size * length)))
+        recordings = [self._left_over(x, which) for which in range(len(self.observations))]
+        self.sizes = found_sizes(recordings, self.spread, self.middle - x)
+        self._factors = [cholesky(each.covariance(self.sizes), lower=True) for each in recordings]
 
-    def _seen(self, which: int) -> tuple[Any, Any, Any]:
+    def _left_over(self, x: FloatArray, which: int) -> Residuals:
+        """Residuals of one recording and what they depend on."""
         seen = self.observations[which]
-        return seen.right, seen.left, seen.angle
+        course = self.course(x, which)
+        values = self.values(x, which)
+        pumped = pumped_volumes(seen, values, self.duty)
+        belongs = np.searchsorted(seen.starts - SAME_TIME_S, seen.grid[:-1], side="right") - 1
+        base, volumes = self.off(x, which, course), []
+        for pulse in range(len(seen.starts)):
+            share = np.where(belongs == pulse, pumped, 0.0)
+            more = share * VOLUME_STEP / max(abs(share.sum()), VOLUME_STEP)
+            moved = self._simulate(which, pumped + more, values)
+            volumes.append((self.off(x, which, moved) - base) / VOLUME_STEP)
+        quantities = seen.quantities
+        return Residuals(
+            base,
+            self._slopes(x, which, self.off),
+            np.array(volumes).T,
+            np.concatenate([each.noise for each in quantities]),
+            np.concatenate([seen.grid[each.steps[:, 1]] for each in quantities]),
+            np.repeat([0, 1, 2], [len(each.values) for each in quantities]),
+            np.concatenate([~each.resting(seen) for each in quantities]),
+        )
 
     def holding(self, name: str, value: float) -> Self:
         """The same problem with one unknown held.
@@ -199,16 +228,3 @@ class FitProblem:
         held.middle, held.spread = self.middle[keep], self.spread[keep]
         held.low, held.high = self.low[keep], self.high[keep]
         return held
-
-
-def _correlation_length(residuals: FloatArray) -> float:
-    """How many successive residuals count as one: 1 + 2 sum of correlations up to the first negative one."""
-    left = residuals - residuals.mean()
-    variance = float(left @ left)
-    length = 1.0
-    for lag in range(1, len(left) // 3):
-        share = float(left[lag:] @ left[:-lag]) / max(variance, 1e-300)
-        if share <= 0.05:
-            break
-        length += 2.0 * share
-    return length

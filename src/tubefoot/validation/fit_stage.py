@@ -226,7 +226,7 @@ def _record(
         "rms_left_kpa": fit.off[1] / KPA,
         "rms_bend_deg": fit.off[2] / DEG,
         "misfit": fit.misfit,
-        "inflation": problem.inflation,
+        "discrepancy": problem.sizes,
         "converged": fit.converged,
         "courses": fit.evaluations,
         "held_out": [_prediction_row(each) for each in predictions],

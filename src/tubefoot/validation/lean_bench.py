@@ -264,7 +264,7 @@ def _run(  # type: ignore[no-untyped-def]
         # The leak takes the mean of its drive at both ends of the step; its end is part of the balance.
         drive, leaked = branch[0] - branch[1], h * leak * (branch[0] - branch[1])
         soft = 1.0 / (instant * scale)
-        dash = fluid[6] * instant * own / h
+        dash = fluid[6] * (1.0 + shares.sum()) * own / h
         start[:] = angles
         done = False
         for _ in range(MOST_ITERATIONS):

@@ -13,6 +13,8 @@ ROLLERS_TRIED = 0.72 * 1.02 ** np.arange(30)
 """Volumes between two rollers at which ripple is looked for, over the prior's middle."""
 TRIED_UL = 4.0
 """Amplitude with which its effect is found: it is linear [mm^3]."""
+LARGE = ("_1_ul", "_2_ul")
+"""The harmonics by which it is found."""
 LOOKED_AT = 70
 """Pulses in which ripple is looked for: enough to see it, few enough for a coarse search."""
 
@@ -60,7 +62,7 @@ def _ripple_of(
     columns = [
         k
         for k, (unknown, owner) in enumerate(problem.columns)
-        if unknown.name.startswith("ripple") and owner in (-1, which)
+        if unknown.name.startswith("ripple") and unknown.name.endswith(LARGE) and owner in (-1, which)
     ]
     effects = []
     for k in columns:

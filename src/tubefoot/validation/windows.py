@@ -23,9 +23,11 @@ IntArray = NDArray[np.int64]
 FIRST_S = 0.12
 """From the end of a pulse to its first window [s]: what relaxes faster is not modelled."""
 LEAST_WINDOW_S = 0.1
+LONG_WINDOW_S = 0.4
+"""Longer windows are modelled in four steps, shorter ones in two [s]."""
 LONGEST_STEP_S = 0.03
 """While the pump runs [s]."""
-RUNNING_FLOOR = 0.5 * KPA
+RUNNING_FLOOR = 0.3 * KPA
 """Uncertainty of the lean model while the pump runs: rollers, sag of the supply [MPa]."""
 PRESSURE_FLOOR = 0.08 * KPA
 """The same at rest: a count of the converter is 0.24 kPa [MPa]."""
@@ -38,13 +40,15 @@ class Windows:
     """Means of one quantity over windows.
 
     steps : (w, 3) points of the time grid at beginning, middle and end of each window
-    values, sigma : (w,) means and their standard uncertainties
+    values, sigma : (w,) means and their standard uncertainties, with a guess of the lean model's own
+    noise : (w,) of the means alone, by the sensor's scatter
     pulse : (w,) number of the pulse before
     """
 
     steps: IntArray
     values: FloatArray
     sigma: FloatArray
+    noise: FloatArray
     pulse: IntArray
 
     def resting(self, seen: Observation) -> NDArray[np.bool_]:
@@ -85,9 +89,14 @@ class Observation:
     angle: Windows
 
     @property
+    def quantities(self) -> tuple[Windows, Windows, Windows]:
+        """Right, left, angle."""
+        return self.right, self.left, self.angle
+
+    @property
     def count(self) -> int:
         """How many means there are."""
-        return len(self.right.values) + len(self.left.values) + len(self.angle.values)
+        return sum(len(each.values) for each in self.quantities)
 
 
 def observe(record: BenchRecord, until: float | None = None) -> Observation:
@@ -165,7 +174,7 @@ def _spans(
             if until - finish < LEAST_WINDOW_S:
                 finish = until
             spans.append((begin, finish, number, False))
-            times += [begin, 0.5 * (begin + finish), finish]
+            times += np.linspace(begin, finish, 5 if finish - begin > LONG_WINDOW_S else 3).tolist()
             begin = finish
         times.append(until)
     return spans, times
@@ -188,13 +197,15 @@ def _windows(
         if beyond - first < LEAST_SAMPLES:
             continue
         steps = [int(np.argmin(np.abs(grid - at))) for at in (begin, 0.5 * (begin + end), end)]
-        error = np.hypot(scatter / np.sqrt(beyond - first), RUNNING_FLOOR if running else floor)
-        rows.append((steps, float(values[first:beyond].mean()), error, pulse))
+        noise = scatter / np.sqrt(beyond - first)
+        error = np.hypot(noise, RUNNING_FLOOR if running else floor)
+        rows.append((steps, float(values[first:beyond].mean()), error, noise, pulse))
     return Windows(
         np.array([row[0] for row in rows], dtype=np.int64).reshape(-1, 3),
         np.array([row[1] for row in rows]),
         np.array([row[2] for row in rows]),
-        np.array([row[3] for row in rows], dtype=np.int64),
+        np.array([row[3] for row in rows]),
+        np.array([row[4] for row in rows], dtype=np.int64),
     )
 
 
