@@ -10,6 +10,7 @@ import pandas as pd
 import pytest
 
 from tubefoot.cli.main import app
+from tubefoot.cli.validate import validate
 from tubefoot.config import load_settings
 from tubefoot.errors import ConfigError
 from tubefoot.twin.bench_settings import BenchSettings
@@ -109,3 +110,18 @@ def test_virtual_experiments_show_the_offsets_of_the_paper(tmp_path):
     again = validate_virtual(tmp_path / "v", solves, said.append)
     assert not any("repeat" in line for line in said)
     assert again.claims == found.claims
+
+
+def test_validate_shows_the_attribution_of_a_fit(validated, tmp_path, capsys):
+    from tubefoot.validation.showcase import attribute_bonded
+
+    attribute_bonded(tmp_path / "fit", 3)
+    found = json.loads((tmp_path / "fit" / "attribution.json").read_text())
+    run, columns = validated.parent / "reference-3", FOREIGN.with_suffix(".toml")
+    files = ["--columns", str(columns), "--against", str(run)]
+    app(["validate", str(FOREIGN), *files, "--fit", str(tmp_path / "fit"), "--out", str(tmp_path / "v")])
+    told = capsys.readouterr().out
+    assert f"bend_deg: offset {found['offset']['bend_deg']:+.2f}, mainly by relaxation" in told
+    assert (tmp_path / "v" / "figures" / "attribution.png").stat().st_size > 10_000
+    with pytest.raises(ConfigError, match="no such file; name the --out of a `tubefoot fit`"):
+        validate(FOREIGN, against=[run], fit=tmp_path)

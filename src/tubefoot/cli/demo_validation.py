@@ -1,4 +1,5 @@
-"""The demo's validation: virtual experiments with all causes, held against the demo's own solves (C9)."""
+"""The demo's validation: virtual experiments with all causes, held against the demo's own solves (C9), and
+what each cause explains."""
 
 from __future__ import annotations
 
@@ -22,6 +23,7 @@ def validation_stages() -> list[Stage]:
 
     def run(directory: Path, tell: Tell) -> None:
         from tubefoot.records import Run
+        from tubefoot.report.fit import draw_attribution
         from tubefoot.report.validation import draw_validation
         from tubefoot.validation.showcase import validate_virtual
         from tubefoot.validation.virtual_experiment import bonded_bench
@@ -36,9 +38,10 @@ def validation_stages() -> list[Stage]:
         }
         record = Run(directory, "validate", about, seed=0)
         found = validate_virtual(
-            directory, solves, lambda text: tell(min(next(steps) / (BLOCKS + 4), 1.0), text)
+            directory, solves, lambda text: tell(min(next(steps) / (BLOCKS + 5), 1.0), text)
         )
         draw_validation(directory)
+        draw_attribution(directory, json.loads((directory / "attribution.json").read_text(encoding="utf-8")))
         record.finish(**{claim.id: claim.verdict for claim in found.claims})
 
     return [Stage(NAME, 20.0, run, after=tuple(SOLVES.values()))]

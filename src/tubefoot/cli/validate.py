@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from cyclopts import Parameter
 
@@ -27,6 +28,9 @@ def validate(
     units: Annotated[
         int | None, Parameter(help="units of the recorded finger, where the file does not say")
     ] = None,
+    fit: Annotated[
+        Path | None, Parameter(help="run directory of `tubefoot fit`: its attribution is shown too")
+    ] = None,
     settle_s: Annotated[float, Parameter(help="from a pulse's end to the state that is compared [s]")] = 0.5,
     drift: Annotated[
         Literal["none", "rest", "ends"],
@@ -41,12 +45,13 @@ def validate(
     """Compare recordings with solves: overlays, slopes, offsets with confidence, loops, claims C5, C6, C9.
 
     Writes states.csv, comparison.csv, bands.csv, loops.csv, validation.json, claims.json, validation.png and
-    .svg, run.toml.
+    .svg, run.toml; with --fit the figure of its attribution.
 
     Example: tubefoot validate out/rig-record/bench.mcap --against out/reference-3
     """
     from tubefoot.errors import ConfigError
     from tubefoot.records import Run
+    from tubefoot.report.fit import draw_attribution
     from tubefoot.report.validation import draw_validation
     from tubefoot.validation.column_map import load_column_map
     from tubefoot.validation.loading import distinct_names, load_recording
@@ -57,6 +62,7 @@ def validate(
         raise ConfigError("no recording named; give the bench.mcap of `tubefoot rig record`, or a CSV")
     if not 0 <= settle_s <= 3600:
         raise ConfigError(f"--settle-s {settle_s:g}: allowed are 0 to 3600 s")
+    causes = load_attribution(fit) if fit else None
     mapped = load_column_map(columns) if columns else None
     predictions = [load_prediction(path) for path in against]
     records = []
@@ -71,6 +77,7 @@ def validate(
             "against": [str(path) for path in against],
             "columns": mapped.model_dump(mode="json") if mapped else None,
             "units": units,
+            "fit": str(fit) if fit else None,
             "settle_s": settle_s,
             "drift": drift,
             "synchronise": synchronise,
@@ -80,9 +87,31 @@ def validate(
     found = validate_recordings(records, predictions, settle_s, seed, lambda text: print(text, flush=True))
     write_validation(found, run.directory)
     draw_validation(run.directory)
+    if causes:
+        draw_attribution(run.directory, causes)
     run.finish(**{claim.id: claim.verdict for claim in found.claims})
     tell(found)
+    if causes:
+        for quantity, cause in causes["main_cause"].items():
+            share, whole = causes["shapley"][quantity][cause], causes["offset"][quantity]
+            print(f"{quantity}: offset {whole:+.2f}, mainly by {cause} ({share:+.2f})")
     print(f"results: {run.directory}")
+
+
+def load_attribution(directory: Path) -> dict[str, Any]:
+    """What attribution.json of a fit holds.
+
+    directory : of the run of `tubefoot fit`
+
+    Raises ConfigError when there is none.
+    """
+    from tubefoot.errors import ConfigError
+
+    path = directory / "attribution.json"
+    if not path.exists():
+        raise ConfigError(f"{path}: no such file; name the --out of a `tubefoot fit` that attributed offsets")
+    found: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return found
 
 
 def tell(found: Validated) -> None:

@@ -27,7 +27,7 @@ def draw_fit(directory: Path) -> list[Picture]:
     record = read_json(directory / "fit.json") or {}
     found = [_draw_courses(directory, record), _draw_learnt(directory, record["estimates"])]
     if (attribution := read_json(directory / "attribution.json")) is not None:
-        found.append(_draw_attribution(directory, attribution))
+        found.append(draw_attribution(directory, attribution))
     return found
 
 
@@ -86,7 +86,11 @@ def _draw_learnt(directory: Path, estimates: Sequence[Mapping[str, Any]]) -> Pic
     return Picture("learnt", "What the recordings say", caption, png, svg)
 
 
-def _draw_attribution(directory: Path, found: Mapping[str, Any]) -> Picture:
+def draw_attribution(directory: Path, found: Mapping[str, Any]) -> Picture:
+    """The figure of what explains the offsets, in `figures/` of a directory.
+
+    directory : of the run; found : what its attribution.json holds
+    """
     from matplotlib import pyplot
 
     with styled():

@@ -15,6 +15,8 @@ CAPTIONS = {
     "bend": "Measured angle, target and tolerance band; each run of the pump, forward up; change of the "
     "branch pressures since neutral.",
     "validation": VALIDATION_CAPTION,
+    "attribution": "What each cause changes of angle and suction pressure against the ideal finger: alone, "
+    "taken away last, and the mean over all orders (Shapley).",
     "strip": "The gripper at the beginning of each phase; red dots: contact.",
     "angles": "Turn of the centreline over the lower (theta1) and upper half (theta2) of both fingers during "
     "a grasp; background: closing, gripping, hold, lift, shaking.",

@@ -136,8 +136,7 @@ def fit_recordings(
     if predictions:
         write_table(directory / "held_out.csv", [_prediction_row(each) for each in predictions])
     if attribution is not None:
-        write_table(directory / "attribution.csv", attribution.rows())
-        write_json(directory / "attribution.json", _attribution_record(attribution))
+        write_attribution(attribution, directory)
         write_table(directory / "decisive.csv", decisive)
     if settings.sobol_samples:
         rows = sobol_rows(
@@ -195,6 +194,15 @@ def fitted_text(fit: BenchFit) -> str:
             "meaning": unknown_named(each.name).meaning,
         }
     return "# Fitted by `tubefoot fit`; units are in the names.\n\n" + tomli_w.dumps(tables)
+
+
+def write_attribution(found: Attribution, directory: Path) -> None:
+    """Write attribution.csv and attribution.json.
+
+    found : shares of the offsets; directory : of the run
+    """
+    write_table(directory / "attribution.csv", found.rows())
+    write_json(directory / "attribution.json", _attribution_record(found))
 
 
 def _profile(

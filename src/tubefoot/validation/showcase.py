@@ -9,7 +9,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from tubefoot.config import parse_settings
+from tubefoot.reduced.files import reference_file
+from tubefoot.validation.attribution import attribute, values_of
 from tubefoot.validation.campaign import Campaign
+from tubefoot.validation.fit_stage import write_attribution
+from tubefoot.validation.lean_bench import LeanBench
 from tubefoot.validation.loading import load_recording
 from tubefoot.validation.prediction import load_prediction
 from tubefoot.validation.stage import Validated, validate_recordings, write_validation
@@ -31,6 +35,16 @@ def small_campaign(units: int) -> Campaign:
     ]
     table = {"name": f"small, {units} units", "rest_s": 2.0, "settle_s": 0.85, "repeats": 2, "blocks": blocks}
     return parse_settings(table, Campaign)
+
+
+def attribute_bonded(directory: Path, units: int) -> None:
+    """Write attribution.csv and .json: what each cause explains on the virtual bench, whose truth is known.
+
+    directory : of the run; units : of the finger
+    """
+    content = reference_file()
+    bench = LeanBench(content.to_finger().with_units(units))
+    write_attribution(attribute(values_of(bonded_bench()), bench, content.to_prony()), directory)
 
 
 def validate_virtual(
@@ -58,6 +72,8 @@ def validate_virtual(
             run_experiment(experiment, folder, say=say)
             (folder / "done").touch()
         records.append(load_recording(path, name=f"{units}-units"))
+    say("what explains the offsets")
+    attribute_bonded(directory, min(solves))
     predictions = [load_prediction(path) for path in solves.values()]
     found = validate_recordings(records, predictions, seed=seed, say=say)
     write_validation(found, directory)
