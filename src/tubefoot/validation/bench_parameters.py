@@ -231,5 +231,5 @@ def starting_values(observations: Sequence[Observation]) -> dict[str, float]:
     values = {unknown.name: unknown.outer(unknown.middle) for unknown in UNKNOWNS}
     duty = usual_duty(observations)
     for name in ("flow_forward_ml_per_s", "flow_reverse_ml_per_s"):
-        values[name] = 1.25 * _excess(duty) / 0.84
+        values[name] = 1.25 * float(_excess(np.array(duty))) / 0.84
     return values

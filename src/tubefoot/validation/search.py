@@ -78,7 +78,8 @@ def search(problem: LeastSquares, x: FloatArray, tolerance: float = FINE, most: 
     residuals = problem.all_residuals(x)
     cost, damping = 0.5 * float(residuals @ residuals), FIRST_DAMPING
     for step in range(1, most + 1):
-        triangle = np.linalg.qr(np.column_stack([problem.jacobian(x), residuals]), mode="r")
+        both = np.column_stack([problem.jacobian(x), residuals])
+        triangle: FloatArray = np.asarray(np.linalg.qr(both, mode="r"))
         matrix, wanted = triangle[:, :-1], -triangle[:, -1]
         while damping < MOST_DAMPING:
             move = _bounded(matrix, wanted, problem, x, damping)
