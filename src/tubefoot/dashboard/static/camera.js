@@ -3,7 +3,7 @@ import { LINE, LOST, OUTLINES, PICTURE } from "./wire.js";
 
 const MARKER = "#00a86b", TIP = "#ffb000", CENTRELINE = "#d62fd6";
 const picture = document.getElementById("picture"), overlay = document.getElementById("overlay");
-const paper = picture.getContext("2d"), film = overlay.getContext("2d");
+const paper = picture.getContext("2d", { willReadFrequently: true }), film = overlay.getContext("2d", { willReadFrequently: true });
 const rate = document.getElementById("rate"), lost = document.getElementById("lost");
 let busy = false, next = null, shown = 0, since = performance.now();
 

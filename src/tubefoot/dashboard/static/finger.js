@@ -7,7 +7,7 @@ import { token } from "./link.js";
 import { paced } from "./pace.js";
 import { SHAPE } from "./wire.js";
 
-const DRAW_MS = 60;  // without a graphics card every drawing costs
+const DRAW_MS = 100;  // without a graphics card every drawing costs
 const canvas = document.getElementById("finger");
 let view = null;
 

@@ -3,7 +3,7 @@ import uPlot from "/vendored/uplot/uPlot.esm.js";
 import { paced } from "./pace.js";
 import { ANGLES, SAMPLES } from "./wire.js";
 
-const WINDOW_S = 30, HEIGHT = 190, DRAW_MS = 30;
+const WINDOW_S = 30, HEIGHT = 190, DRAW_MS = 50;
 const css = getComputedStyle(document.documentElement);
 const colour = (name) => css.getPropertyValue(`--${name}`).trim();
 const angles = [[], [], []], samples = [[], [], []];
