@@ -15,8 +15,8 @@ from tubefoot.units import ML
 MEAN_DIP = 3.0 / 16.0
 MM3_PER_L = 1e6
 STOPPED = 0.5
-"""Flow below which friction holds the motor [mm^3/s], a three-thousandth of its full one. Not known of real pumps;
-at 3 mm^3/s a tenth of the twin's work is saved, and fitted flows come out 2 % lower."""
+"""Flow below which friction holds the motor [mm^3/s], a three-thousandth of its full one; not known of real
+pumps. The lean bench's pulses fade out: where rollers stop at 3 mm^3/s, fitted flows are too low."""
 
 
 class Pump:
