@@ -9,8 +9,9 @@ from tubefoot.validation.fit_problem import FitProblem
 
 FloatArray = NDArray[np.float64]
 
-ROLLERS_TRIED = 0.72 * 1.02 ** np.arange(30)
-"""Volumes between two rollers at which ripple is looked for, over the prior's middle."""
+ROLLERS_TRIED = 0.6 * 1.02 ** np.arange(65)
+"""Volumes between two rollers at which ripple is looked for, over the prior's middle: as far as flows fitted
+without ripple may be off, to half or twice the true ones."""
 TRIED_UL = 4.0
 """Amplitude with which its effect is found: it is linear [mm^3]."""
 LARGE = ("_1_ul", "_2_ul")
