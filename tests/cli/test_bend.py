@@ -161,8 +161,8 @@ def test_ctrl_c_stops_the_pump_and_writes_everything(tmp_path):
     assert process.stdout is not None
     process.stdout.readline()
     process.send_signal(signal.SIGINT)
-    process.communicate(timeout=60)
-    assert process.returncode == 130
+    said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
     summary = json.loads((tmp_path / "summary.json").read_text())
     assert summary["end_reason"].startswith("interrupted")
     recording = Recording(tmp_path / "bench.mcap")

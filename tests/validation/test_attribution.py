@@ -63,7 +63,7 @@ def test_the_nominal_bench_is_ruled_by_creep_and_air():
 
 
 def test_a_pressure_out_of_reach_is_said():
-    leaking = known_values(leak_back_ul_per_s_kpa=20.0)
+    leaking = known_values(leak_back_ul_per_s_kpa=8.0)
     with pytest.raises(ConvergenceError, match="bring the right branch to"):
         state_at(leaking, BENCH, RELAXATION, 30 * KPA)
 

