@@ -8,7 +8,7 @@ from tests.validation.lean_records import CONTENT, cyclic_pulses, known_values, 
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.bench_fit import fit_bench, identified_combinations, profile
+from tubefoot.validation.bench_fit import BenchFit, fit_bench, identified_combinations, profile
 from tubefoot.validation.bench_parameters import MAIN, NAMES
 from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.fit_stage import predict
@@ -150,3 +150,14 @@ def test_a_blind_bench_is_fitted_and_its_other_length_predicted(tmp_path):
     ahead = predict(fit, problem, records[6])
     assert max(ahead.right, ahead.left) < 1.0 * KPA
     assert ahead.angle < 1.0 * DEG
+
+
+@pytest.mark.parametrize(
+    ("off_kpa", "off_deg", "doubtful"),
+    [(0.06, 0.02, False), (2.0, 0.02, True), (0.06, 0.4, True), (0.06, float("nan"), False)],
+)
+def test_a_model_far_off_is_doubtful(off_kpa, off_deg, doubtful):
+    nothing = np.zeros((0, 0))
+    off = (0.05 * KPA, off_kpa * KPA, off_deg * DEG)
+    fit = BenchFit((), nothing, nothing, (1.0, 1.0, 1.0), off, True, 1, {})
+    assert fit.doubtful == doubtful

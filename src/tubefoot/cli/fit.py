@@ -122,6 +122,11 @@ def _about_bench(result: FitResult) -> list[str]:
     )
     if not result.fit.converged:
         found.append("the search did not end by itself: take the values with care")
+    if result.fit.doubtful:
+        found.append(
+            "the model stays far off the recording: its values and intervals are not to be trusted; "
+            "look at the figure for pulses or sensors that went wrong"
+        )
     for other in result.predictions:
         found.append(
             f"held out: {other.name} ({other.units} units) predicted within {other.right / KPA:.2f} and "

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tubefoot.units import DEG, KPA
 from tubefoot.validation.bench_parameters import MAIN
 from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.rollers import with_rollers
@@ -33,6 +34,8 @@ ALIKE = 0.8
 GOALS = {"scale": 0.05, "seam": 0.20, "air_right_ml": 0.15, "air_left_ml": 0.15}
 """Relative standard deviation below which an unknown counts as identified; 0.2 for the others."""
 OTHER_GOAL = 0.20
+DOUBTFUL_MPA, DOUBTFUL_RAD = 0.5 * KPA, 0.3 * DEG
+"""Root mean square differences from which on a fit is doubtful: ten times what virtual benches leave."""
 
 
 @dataclass(frozen=True)
@@ -86,6 +89,12 @@ class BenchFit:
         """
         fitted = {each.name: each.value for each in self.estimates if each.recording in ("", recording)}
         return {**self.fixed, **fitted}
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether the model stays so far off that the search may have ended in a wrong place."""
+        right, left, angle = self.off
+        return max(right, left) > DOUBTFUL_MPA or angle > DOUBTFUL_RAD
 
     def of(self, name: str) -> Estimate:
         """The first estimate of a name.

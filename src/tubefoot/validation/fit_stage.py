@@ -236,6 +236,7 @@ def _record(
         "misfit": fit.misfit,
         "discrepancy": problem.sizes,
         "converged": fit.converged,
+        "doubtful": fit.doubtful,
         "courses": fit.evaluations,
         "held_out": [_prediction_row(each) for each in predictions],
         "profiles": profiles,
