@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.bench_parameters import MAIN
 from tubefoot.validation.fit_problem import FitProblem
-from tubefoot.validation.rollers import with_rollers
+from tubefoot.validation.rollers import ROLLERS_FAR, with_rollers
 from tubefoot.validation.search import COARSE, search
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +34,8 @@ ALIKE = 0.8
 GOALS = {"scale": 0.05, "seam": 0.20, "air_right_ml": 0.15, "air_left_ml": 0.15}
 """Relative standard deviation below which an unknown counts as identified; 0.2 for the others."""
 OTHER_GOAL = 0.20
+FAR_MPA = 0.15 * KPA
+"""Root mean square difference of a first pass above which its rollers may be wrong."""
 DOUBTFUL_MPA, DOUBTFUL_RAD = 0.5 * KPA, 0.3 * DEG
 """Root mean square differences from which on a fit is doubtful: ten times what virtual benches leave."""
 
@@ -111,9 +113,13 @@ def fit_bench(problem: FitProblem, say: Callable[[str], None] = lambda _: None) 
 
     Raises ConvergenceError when the lean bench finds no balance at the start.
     """
-    x = with_rollers(problem, _rough(problem))
-    found = search(problem, x, COARSE)
+    rough = _rough(problem)
+    found = search(problem, with_rollers(problem, rough), COARSE)
     say(f"first pass: {found.steps} steps")
+    if max(_differences(problem, found.x)[:2]) > FAR_MPA:
+        wider = search(problem, with_rollers(problem, rough, ROLLERS_FAR), COARSE)
+        say(f"rollers looked for once more, farther off: {wider.steps} steps")
+        found = min(found, wider, key=lambda each: each.cost)
     first = _misfits(problem, found.x)
     problem.weigh(found.x)
     found = search(problem, found.x)

@@ -9,9 +9,10 @@ from tubefoot.validation.fit_problem import FitProblem
 
 FloatArray = NDArray[np.float64]
 
-ROLLERS_TRIED = 0.6 * 1.02 ** np.arange(65)
-"""Volumes between two rollers at which ripple is looked for, over the prior's middle: as far as flows fitted
-without ripple may be off, to half or twice the true ones."""
+ROLLERS_TRIED: FloatArray = 0.72 * 1.02 ** np.arange(30)
+"""Volumes between two rollers at which ripple is looked for, over the prior's middle."""
+ROLLERS_FAR: FloatArray = 0.6 * 1.02 ** np.arange(65)
+"""The same where flows fitted without ripple may be off to half or twice the true ones."""
 TRIED_UL = 4.0
 """Amplitude with which its effect is found: it is linear [mm^3]."""
 LARGE = ("_1_ul", "_2_ul")
@@ -20,13 +21,14 @@ LOOKED_AT = 70
 """Pulses in which ripple is looked for: enough to see it, few enough for a coarse search."""
 
 
-def with_rollers(problem: FitProblem, x: FloatArray) -> FloatArray:
+def with_rollers(problem: FitProblem, x: FloatArray, tried: FloatArray = ROLLERS_TRIED) -> FloatArray:
     """Inner values with the pump's ripple found: the volume between two rollers at which it explains most.
 
     A search by derivatives does not find a phase that is many turns off. The flows are wrong by some per cent
     at first, and the volume between rollers takes that up: it starts where flow over volume is right.
 
     problem : of one or several recordings; x : (p,) inner values of a fit without ripple
+    tried : volumes between two rollers over the prior's middle
     """
     names = [unknown.name for unknown, _ in problem.columns]
     if not any(name.startswith("ripple") for name in names):
@@ -35,7 +37,7 @@ def with_rollers(problem: FitProblem, x: FloatArray) -> FloatArray:
     x, found = x.copy(), []
     x[[k for k, name in enumerate(names) if name.startswith("ripple")]] = 0.0
     base = [problem.residuals(x, which) for which in range(len(problem.observations))]
-    for factor in ROLLERS_TRIED if column is not None else (1.0,):
+    for factor in tried if column is not None else (1.0,):
         if column is not None:
             x[column] = problem.middle[column] + np.log(factor)
         gain = 0.0
