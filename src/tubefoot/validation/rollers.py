@@ -9,9 +9,9 @@ from tubefoot.validation.fit_problem import FitProblem
 
 FloatArray = NDArray[np.float64]
 
-ROLLERS_TRIED: FloatArray = 0.72 * 1.02 ** np.arange(30)
+ROLLERS_TRIED: FloatArray = np.array([0.72 * 1.02**k for k in range(30)])
 """Volumes between two rollers at which ripple is looked for, over the prior's middle."""
-ROLLERS_FAR: FloatArray = 0.6 * 1.02 ** np.arange(65)
+ROLLERS_FAR: FloatArray = np.array([0.6 * 1.02**k for k in range(65)])
 """The same where flows fitted without ripple may be off to half or twice the true ones."""
 TRIED_UL = 4.0
 """Amplitude with which its effect is found: it is linear [mm^3]."""
