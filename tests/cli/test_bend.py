@@ -154,7 +154,9 @@ def test_bad_input_is_told(words, message, tmp_path):
 
 def test_ctrl_c_stops_the_pump_and_writes_everything(tmp_path):
     words = ["bend", "30", "--sim", "--quick", "--real-time", "--out", str(tmp_path)]
-    program = "from tubefoot.cli.main import main; main()"
+    # What is started in the background ignores Ctrl-C, and so would what it starts.
+    hears = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
+    program = f"{hears}; from tubefoot.cli.main import main; main()"
     process = subprocess.Popen(
         [sys.executable, "-c", program, *words], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )

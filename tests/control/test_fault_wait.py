@@ -5,8 +5,8 @@ from typing import Any
 
 import pytest
 
-from tubefoot.control.fault_wait import CLEARED_MAX, FaultWait
-from tubefoot.control.guard import PressureGuard
+from tubefoot.control.fault_wait import FaultWait
+from tubefoot.control.guard import CLEARED_MAX, PressureGuard
 from tubefoot.control.settings import GuardSettings
 from tubefoot.errors import SafetyStop
 from tubefoot.lab.messages import Fault

@@ -13,6 +13,7 @@ from tubefoot.validation.bench_parameters import MAIN, NAMES
 from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.fit_stage import predict
 from tubefoot.validation.recording import RecordedPulse
+from tubefoot.validation.rollers import with_rollers
 from tubefoot.validation.windows import observe
 
 FREE = ("scale", "seam", "air_right_ml", "flow_forward_ml_per_s", "flow_reverse_ml_per_s")
@@ -43,6 +44,20 @@ def test_all_unknowns_together_hold_the_truth(whole):
     assert fit.of("ripple_sin_1_ul").value == pytest.approx(-5.0, abs=0.7)
     assert max(fit.off[:2]) < 0.15 * KPA  # the record was made on a finer grid
     assert fit.off[2] < 0.02 * DEG
+
+
+@pytest.mark.parametrize("looks_again", [True, False])
+def test_rollers_missed_at_first_are_looked_for_farther_off(monkeypatch, whole, looks_again):
+    wrong = np.array([0.6])
+    monkeypatch.setattr(
+        "tubefoot.validation.bench_fit.with_rollers",
+        lambda problem, x, tried=wrong: with_rollers(problem, x, tried),
+    )
+    if not looks_again:
+        monkeypatch.setattr("tubefoot.validation.bench_fit.FAR_MPA", np.inf)
+    _, problem, _ = whole
+    fit = fit_bench(FitProblem(problem.finger, CONTENT.to_prony(), problem.observations))
+    assert (fit.off[0] < 0.15 * KPA) == looks_again
 
 
 def test_air_and_bubble_of_a_side_are_said_to_be_mixed(whole):

@@ -7,14 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tubefoot.control.guard import PressureGuard
+from tubefoot.control.guard import CLEARED_MAX, PRESSURE_FAULTS, PressureGuard
 from tubefoot.errors import SafetyStop
-from tubefoot.lab.messages import Fault
 from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
-
-PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
-CLEARED_MAX = 10
-"""Pressure faults that one grasp may clear after waiting for the walls to relax."""
 
 
 class FaultWait:

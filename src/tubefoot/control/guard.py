@@ -8,10 +8,14 @@ from __future__ import annotations
 
 from tubefoot.control.contract import Measurement
 from tubefoot.control.settings import GuardSettings
+from tubefoot.lab.messages import Fault
 from tubefoot.lab.rig import RigLimits
 from tubefoot.units import DEG, KPA, ML
 
 SIDES = ("right", "left")
+PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
+CLEARED_MAX = 10
+"""Pressure faults that one motion, or one grasp, may clear after waiting for the wall to relax."""
 RELAXING_S, RELAXING_FRAMES = 0.5, 6
 """How long the pump must have stood, and in how many frames: a few samples may be the same by chance."""
 TURN_SEEN = 0.5 * DEG

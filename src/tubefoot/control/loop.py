@@ -13,22 +13,17 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from tubefoot.control.contract import Command, Controller, Finished, Measurement, Pulse, Stop, Wait
-from tubefoot.control.guard import AnswerCheck, PressureGuard
+from tubefoot.control.guard import CLEARED_MAX, PRESSURE_FAULTS, AnswerCheck, PressureGuard
 from tubefoot.control.motion import Motion as Motion
 from tubefoot.control.motion import MotionState, blind_row, seen_row
 from tubefoot.control.settings import BendSettings
 from tubefoot.errors import LinkError, SafetyStop
-from tubefoot.lab.messages import Fault
 from tubefoot.lab.recorder import Recorder
 from tubefoot.lab.rig import Reading, Rig, fault_advice, fault_names
 from tubefoot.units import ML
 from tubefoot.vision.angles import AngleSource
 from tubefoot.vision.camera import EndOfFrames
 from tubefoot.vision.finger import FingerReading
-
-PRESSURE_FAULTS = Fault.OVER_PRESSURE | Fault.UNDER_PRESSURE
-CLEARED_MAX = 10
-"""Pressure faults that one motion may clear after waiting for the wall to relax."""
 
 END_HEARD_S, END_POLL_S = 0.1, 2e-3
 """How long the end of a stopped pulse is waited for, and in which steps [s]."""

@@ -146,12 +146,13 @@ def toppling(finger: ReducedFinger) -> FloatArray:
     return np.asarray(np.cumsum(reach[::-1])[::-1])
 
 
-def room_for_powers(pairs: NDArray[np.int64]) -> FloatArray:
+@njit(cache=True)
+def room_for_powers(pairs):  # type: ignore[no-untyped-def]
     """Where `unit_answer` keeps monomials of pressure difference and sum and their two derivatives.
 
     pairs : (2, n_pairs) exponents
     """
-    return np.zeros((2, 3, 1 + int(pairs.max())))
+    return np.zeros((2, 3, 1 + pairs.max()))
 
 
 @njit(cache=True)
@@ -248,7 +249,7 @@ def _run(  # type: ignore[no-untyped-def]
     in_branch, in_chamber = np.zeros(2), np.zeros(2)
     chamber, branch, flow, ease = np.zeros(2), np.zeros(2), np.zeros(2), np.zeros(2)
     resistance, leak = fluid[4], fluid[5]
-    powers = np.zeros((2, 3, 1 + int(pairs.max())))
+    powers = room_for_powers(pairs)
     for step in range(durations.shape[0]):
         h = durations[step]
         instant = 1.0
