@@ -3,7 +3,9 @@ import { LINE, LOST, OUTLINES, PICTURE } from "./wire.js";
 
 const MARKER = "#00a86b", TIP = "#ffb000", CENTRELINE = "#d62fd6";
 const picture = document.getElementById("picture"), overlay = document.getElementById("overlay");
-const paper = picture.getContext("2d", { willReadFrequently: true }), film = overlay.getContext("2d", { willReadFrequently: true });
+// Painted by the processor: where there is no graphics card, its stand-in in software takes longer.
+const PAINTED = { willReadFrequently: true };
+const paper = picture.getContext("2d", PAINTED), film = overlay.getContext("2d", PAINTED);
 const rate = document.getElementById("rate"), lost = document.getElementById("lost");
 let busy = false, next = null, shown = 0, since = performance.now();
 
