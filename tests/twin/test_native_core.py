@@ -43,6 +43,24 @@ def test_native_core_and_simulated_chip_tell_the_same_story():
         assert np.abs(a - b).max() < 1.5 * KPA
 
 
+@pytest.mark.parametrize("processor", [NativeCore, PipedProcessor])
+def test_the_plant_gets_every_millisecond_of_a_pulse(processor):
+    drives = []
+
+    class Listening(BenchPlant):
+        def step(self, duration, drive):
+            drives.append(duration * drive.direction * drive.duty)
+            super().step(duration, drive)
+
+    with SimulatedBoard(Listening(), processor()) as board:
+        rig = BoardRig(LockstepPort(board), RigSettings())
+        rig.connect()
+        rig.pulse(-1, 1.0, 0.12)
+        rig.wait(0.2)
+    # The firmware counts ticks; the first comes up to a millisecond after the pump was switched on.
+    assert -0.12 <= sum(drives) <= -0.119
+
+
 def test_each_core_is_a_board_of_its_own():
     with (
         SimulatedBoard(BenchPlant(), NativeCore()) as one,

@@ -140,6 +140,8 @@ class SimulatedBoard:
         passed, self._cycle = cycle - self._cycle, cycle
         if operation != Operation.MEASURE_RAM:
             direction = _DIRECTIONS.get(pins, 0)
+            if not direction and high:  # the pins are off now; during the step they were on
+                direction = self.drive.direction
             self.drive = PumpDrive(direction, min(1.0, high / max(1, passed))) if direction else STANDING
         return incoming, high
 
