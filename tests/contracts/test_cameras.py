@@ -6,14 +6,9 @@ import pytest
 from camera_contract import FRAMES, PERIOD, SIZE, CameraContract, PacedContract, numbered_picture
 
 from tubefoot.errors import ConfigError, LinkError
-from tubefoot.vision.sources import (
-    EncodedFrames,
-    ImageFolder,
-    VideoFile,
-    VirtualCamera,
-    Webcam,
-    open_source,
-)
+from tubefoot.vision.picture_files import ImageFolder, VideoFile
+from tubefoot.vision.sources import EncodedFrames, VirtualCamera, open_source
+from tubefoot.vision.webcam import Webcam
 
 
 class HandClock:

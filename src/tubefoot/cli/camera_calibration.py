@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,14 +13,14 @@ from tubefoot.errors import ConfigError
 if TYPE_CHECKING:
     from tubefoot.vision.board import Board
     from tubefoot.vision.calibration import CameraCalibration
-    from tubefoot.vision.camera import Camera
     from tubefoot.vision.layout import MarkerLayout
-    from tubefoot.vision.views import LensCalibration
+    from tubefoot.vision.views import BoardView, LensCalibration
 
 VIEWS_FOLDER = "views"
 PLANE_FILE = "plane.png"
 NEUTRAL_FOLDER = "neutral"
 BENDING_FOLDER = "bending"
+MOST_FRAMES = 100_000
 
 camera_app = App(
     name="calibrate-camera",
@@ -214,9 +213,10 @@ def calibrate(
     from tubefoot.records import Run, write_json
     from tubefoot.vision.calibration import CameraCalibration
     from tubefoot.vision.calibration_picture import draw_calibration
+    from tubefoot.vision.chosen_pictures import board_views, frames_of
     from tubefoot.vision.layout import chosen_layout
     from tubefoot.vision.sources import open_source
-    from tubefoot.vision.views import BoardView, calibrate_lens, gather_views, plane_of_view
+    from tubefoot.vision.views import calibrate_lens, gather_views, plane_of_view
 
     board = _board(squares_x, squares_y, square_mm)
     camera = open_source(source, (width_px, height_px))
@@ -225,17 +225,10 @@ def calibrate(
     run = Run(out, "calibrate-camera", settings)
     with camera:
         many = live_views if not Path(source).is_dir() else 0
-        views, dropped, size = gather_views(_board_pictures(camera, board, many), board)
+        frames = with_progress(frames_of(camera, MOST_FRAMES), "pictures", None)
+        views, dropped, size = gather_views(board_views(frames, board, many), board)
     found = calibrate_lens(views, board, size, dropped)
-    last = views[-1]
-    if plane_view:
-        picture = _first_picture(plane_view)
-        if picture.shape[1::-1] != size:
-            raise ConfigError(f"{plane_view} is {picture.shape[1]} x {picture.shape[0]} px, the views {size}")
-        ids, pixels = board.find(picture)
-        if len(ids) < 8:
-            raise ConfigError(f"{plane_view} shows {len(ids)} corners of the board, at least 8 are needed")
-        last = BoardView(plane_view, ids, pixels)
+    last = _plane_view(plane_view, board, size) if plane_view else views[-1]
     plane, tilt_sigma = plane_of_view(last, board, found.lens)
     calibration = CameraCalibration.of(found.lens, plane, tilt_sigma, found.residual_px)
     calibration = calibration.model_copy(update={"line_time_us": line_time_us})
@@ -251,58 +244,28 @@ def calibrate(
 
 
 def _set_zero(calibration: CameraCalibration, markers: MarkerLayout, neutral: str) -> CameraCalibration:
+    from tubefoot.vision.chosen_pictures import readings_at_rest
     from tubefoot.vision.plane import PlaneMap
-    from tubefoot.vision.sources import ImageFolder, VideoFile, read_image
     from tubefoot.vision.tracker import MarkerTracker, averaged
 
-    path = Path(neutral)
     tracker = MarkerTracker(PlaneMap(calibration.to_lens(), calibration.to_plane()), markers)
-    readings = []
-    if path.is_dir() or path.suffix.lower() in (".mp4", ".avi", ".mkv", ".mov"):
-        with ImageFolder(path) if path.is_dir() else VideoFile(path) as frames:
-            for frame in _frames(frames, 30):
-                readings.append(tracker.measure(frame.picture, frame.time_s))
-    else:
-        readings.append(tracker.measure(read_image(path), 0.0))
-    return calibration.zeroed_by(averaged(readings), markers)
+    return calibration.zeroed_by(averaged(readings_at_rest(Path(neutral), tracker)), markers)
 
 
-def _frames(camera: Camera, most: int) -> Iterator[Any]:
-    from tubefoot.vision.camera import EndOfFrames
+def _plane_view(source: str, board: Board, size: tuple[int, int]) -> BoardView:
+    """The view that shows the board in the bending plane; raises ConfigError for one that cannot be used."""
+    from tubefoot.vision.chosen_pictures import FEWEST_CORNERS, one_picture
+    from tubefoot.vision.views import BoardView
 
-    for _ in range(most):
-        try:
-            yield camera.read()
-        except EndOfFrames:
-            return
-
-
-def _board_pictures(camera: Camera, board: Board, most: int) -> Iterator[tuple[str, Any]]:
-    """Pictures to calibrate from: all of a folder, else those in which the board has moved on."""
-    import numpy as np
-
-    seen: list[Any] = []
-    for frame in with_progress(_frames(camera, 100000), "pictures", None):
-        if most:
-            ids, pixels = board.find(frame.picture)
-            if len(ids) < 8:
-                continue
-            place = np.concatenate([pixels.mean(axis=0), pixels.std(axis=0)])
-            if any(np.linalg.norm(place - other) < 0.05 * frame.picture.shape[1] for other in seen):
-                continue
-            seen.append(place)
-        yield f"frame {frame.index}", frame.picture
-        if most and len(seen) == most:
-            return
-
-
-def _first_picture(source: str) -> Any:
-    from tubefoot.vision.sources import open_source, read_image
-
-    if Path(source).is_file() and Path(source).suffix.lower() not in (".mp4", ".avi", ".mkv", ".mov"):
-        return read_image(Path(source))
-    with open_source(source, (640, 480)) as camera:
-        return camera.read().picture
+    picture = one_picture(source)
+    if picture.shape[1::-1] != size:
+        raise ConfigError(f"{source} is {picture.shape[1]} x {picture.shape[0]} px, the views {size}")
+    ids, pixels = board.find(picture)
+    if len(ids) < FEWEST_CORNERS:
+        raise ConfigError(
+            f"{source} shows {len(ids)} corners of the board, at least {FEWEST_CORNERS} are needed"
+        )
+    return BoardView(source, ids, pixels)
 
 
 def _board(squares_x: int, squares_y: int, square_mm: float) -> Board:

@@ -1,12 +1,9 @@
-"""Sources of frames: webcam, video file, image folder, frames of a recording, virtual camera."""
+"""Sources of frames: what a user's word stands for; frames of a recording, the virtual camera."""
 
 from __future__ import annotations
 
-import glob
-import time
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -14,180 +11,8 @@ from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError, LinkError
 from tubefoot.vision.camera import CameraBase, Clock, EndOfFrames, Frame, fresh
-
-IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".webp")
-
-
-class Webcam(CameraBase):
-    """A V4L2 camera, read as fast as it delivers."""
-
-    paced = True
-
-    def __init__(
-        self,
-        device: int | str,
-        resolution: tuple[int, int] = (640, 480),
-        frames_per_s: float = 30.0,
-        oldest_s: float = 0.25,
-        clock: Clock = time.monotonic,
-        connect: Callable[[int | str], Any] | None = None,
-    ):
-        """Remember how to open it.
-
-        device : number or path, such as 0 or /dev/video0
-        resolution : width and height to ask for [px]
-        frames_per_s : rate to ask for [1/s]
-        oldest_s : a frame older than this is an error [s]
-        clock : gives the time of arrival, and of capture where the driver tells none
-        connect : opens the device; OpenCV's V4L2 capture if not given
-        """
-        self.device = device
-        self.resolution = resolution
-        self._rate = frames_per_s
-        self._oldest = oldest_s
-        self._clock = clock
-        self._connect = connect or (lambda device: cv2.VideoCapture(device, cv2.CAP_V4L2))
-        self._capture: Any = None
-        self._index = -1
-
-    def open(self) -> None:
-        """Open the device at the wanted size; raises LinkError naming the devices there are."""
-        capture = self._connect(self.device)
-        if not capture.isOpened():
-            there = ", ".join(sorted(glob.glob("/dev/video*"))) or "none"
-            raise LinkError(
-                f"camera {self.device} cannot be opened; devices here: {there}. "
-                "Check the cable, that no other program uses it, and that you are in the group `video`"
-            )
-        width, height = self.resolution
-        capture.set(cv2.CAP_PROP_FRAME_WIDTH, width)
-        capture.set(cv2.CAP_PROP_FRAME_HEIGHT, height)
-        capture.set(cv2.CAP_PROP_FPS, self._rate)
-        capture.set(cv2.CAP_PROP_BUFFERSIZE, 1)
-        given = (round(capture.get(cv2.CAP_PROP_FRAME_WIDTH)), round(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)))
-        if given != (width, height):
-            capture.release()
-            raise LinkError(
-                f"camera {self.device} delivers {given[0]} x {given[1]} px instead of {width} x {height} px; "
-                "ask for a size it has (v4l2-ctl --list-formats-ext) and calibrate at that size"
-            )
-        self._capture = capture
-
-    def read(self) -> Frame:
-        """The next frame; its time is the driver's time stamp where that agrees with the clock."""
-        if self._capture is None:
-            raise LinkError(f"camera {self.device} is not open; open it first, or use it in a `with` block")
-        good, picture = self._capture.read()
-        arrived = self._clock()
-        if not good or picture is None:
-            raise LinkError(
-                f"camera {self.device} stopped delivering frames; check its cable and start again"
-            )
-        self._index += 1
-        stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
-        taken = stamp if 0 <= arrived - stamp < 10 else arrived
-        return fresh(Frame(picture, self._index, taken), self._clock, self._oldest)
-
-    def close(self) -> None:
-        """Release the device."""
-        if self._capture is not None:
-            self._capture.release()
-            self._capture = None
-
-
-class VideoFile(CameraBase):
-    """A video file, frame by frame; the time is the one stored in the file."""
-
-    def __init__(self, path: Path | str):
-        """Remember the file.
-
-        path : any video that FFmpeg reads
-        """
-        self.path = Path(path)
-        self.resolution = (0, 0)
-        self._capture: cv2.VideoCapture | None = None
-        self._index = -1
-
-    def open(self) -> None:
-        """Open the file; raises ConfigError when it is missing or no video."""
-        if not self.path.is_file():
-            raise ConfigError(f"{self.path}: no such video file")
-        capture = cv2.VideoCapture(str(self.path), cv2.CAP_FFMPEG)
-        if not capture.isOpened():
-            raise ConfigError(
-                f"{self.path}: cannot be read as a video; it may be cut off before its index was written. "
-                "Convert or repair it with ffmpeg"
-            )
-        self.resolution = (
-            round(capture.get(cv2.CAP_PROP_FRAME_WIDTH)),
-            round(capture.get(cv2.CAP_PROP_FRAME_HEIGHT)),
-        )
-        self._promised = round(capture.get(cv2.CAP_PROP_FRAME_COUNT))
-        self._rate = capture.get(cv2.CAP_PROP_FPS) or 30.0
-        self._capture = capture
-
-    def read(self) -> Frame:
-        """The next frame; raises LinkError when the file breaks off before its promised end."""
-        if self._capture is None:
-            raise LinkError(f"{self.path} is not open; open it first, or use it in a `with` block")
-        good, picture = self._capture.read()
-        if not good:
-            delivered = self._index + 1
-            if self._promised > 0 and delivered < self._promised - 2:
-                raise LinkError(
-                    f"{self.path} breaks off after {delivered} of {self._promised} frames: the file is cut "
-                    "off or damaged; what was read before is good"
-                )
-            raise EndOfFrames
-        self._index += 1
-        stamp = self._capture.get(cv2.CAP_PROP_POS_MSEC) * 1e-3
-        time_s = stamp if stamp > 0 or self._index == 0 else self._index / self._rate
-        return Frame(np.asarray(picture, dtype=np.uint8), self._index, time_s)
-
-    def close(self) -> None:
-        """Close the file."""
-        if self._capture is not None:
-            self._capture.release()
-            self._capture = None
-
-
-class ImageFolder(CameraBase):
-    """The pictures of a folder, in order of their names, at an even rate."""
-
-    def __init__(self, path: Path | str, frames_per_s: float = 30.0):
-        """Remember the folder.
-
-        path : folder of PNG, JPEG, BMP, TIFF or WebP pictures
-        frames_per_s : rate at which they were taken [1/s]
-        """
-        if frames_per_s <= 0:
-            raise ConfigError(f"frames_per_s = {frames_per_s:g} must be above 0")
-        self.path = Path(path)
-        self.resolution = (0, 0)
-        self._rate = frames_per_s
-        self._files: list[Path] = []
-        self._index = 0
-
-    def open(self) -> None:
-        """List the pictures; raises ConfigError when there are none."""
-        self._files = image_files(self.path)
-        self._index = 0
-        self.resolution = read_image(self._files[0]).shape[1::-1]
-
-    def read(self) -> Frame:
-        """The next picture; raises LinkError for one that cannot be decoded or has another size."""
-        if self._index >= len(self._files):
-            raise EndOfFrames
-        path = self._files[self._index]
-        picture = read_image(path)
-        if picture.shape[1::-1] != self.resolution:
-            raise LinkError(
-                f"{path} is {picture.shape[1]} x {picture.shape[0]} px, the first picture "
-                f"{self.resolution[0]} x {self.resolution[1]} px; put one size into a folder"
-            )
-        frame = Frame(picture, self._index, self._index / self._rate)
-        self._index += 1
-        return frame
+from tubefoot.vision.picture_files import ImageFolder, VideoFile
+from tubefoot.vision.webcam import Webcam
 
 
 class EncodedFrames(CameraBase):
@@ -291,33 +116,6 @@ class VirtualCamera(CameraBase):
     def close(self) -> None:
         """Stop."""
         self._is_open = False
-
-
-def image_files(path: Path) -> list[Path]:
-    """The pictures of a folder in order of their names; raises ConfigError when there are none.
-
-    path : the folder
-    """
-    if not path.is_dir():
-        raise ConfigError(f"{path}: no such folder")
-    files = sorted(file for file in path.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES)
-    if not files:
-        raise ConfigError(f"{path} holds no pictures ({', '.join(IMAGE_SUFFIXES)})")
-    return files
-
-
-def read_image(path: Path) -> NDArray[np.uint8]:
-    """A picture, grey or colour as stored; raises ConfigError or LinkError when missing or damaged.
-
-    path : the file
-    """
-    if not path.is_file():
-        raise ConfigError(f"{path}: no such picture")
-    packed = path.read_bytes()
-    picture = cv2.imdecode(np.frombuffer(packed, dtype=np.uint8), cv2.IMREAD_ANYCOLOR) if packed else None
-    if picture is None:
-        raise LinkError(f"{path}: cannot be decoded; the file is cut off or no picture")
-    return np.asarray(picture, dtype=np.uint8)
 
 
 def open_source(
