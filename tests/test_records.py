@@ -12,7 +12,7 @@ from tubefoot.records import Run, read_table, write_json, write_table, write_who
 def test_a_table_reads_back(tmp_path):
     rows = [{"step": 0, "angle_deg": 1 / 3, "where": "tip"}, {"step": 1, "angle_deg": -2.5e-7, "where": ""}]
     write_table(tmp_path / "t.csv", rows)
-    back = read_table(tmp_path / "t.csv")
+    back = read_table(str(tmp_path / "t.csv"))
     assert back[0]["where"] == "tip"
     assert back[0]["angle_deg"] == pytest.approx(1 / 3, rel=1e-8)
     assert back[1]["angle_deg"] == pytest.approx(-2.5e-7, rel=1e-8)

@@ -95,7 +95,7 @@ def write_table(path: Path, rows: Sequence[Mapping[str, Any]], columns: Iterable
     return write_whole(path, buffer.getvalue())
 
 
-def read_table(path: Path) -> list[dict[str, Any]]:
+def read_table(path: Path | str) -> list[dict[str, Any]]:
     """The rows of a CSV table, numbers as float, other cells as text.
 
     path : file to read
@@ -103,7 +103,7 @@ def read_table(path: Path) -> list[dict[str, Any]]:
     Raises ConfigError when there is no such file.
     """
     try:
-        with path.open(newline="") as file:
+        with Path(path).open(newline="") as file:
             return [{key: _number(cell) for key, cell in row.items()} for row in csv.DictReader(file)]
     except FileNotFoundError:
         raise ConfigError(f"{path}: no such table") from None
