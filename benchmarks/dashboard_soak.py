@@ -5,7 +5,8 @@ python -m benchmarks.dashboard_soak --minutes 30
 The virtual bench with rendered pictures runs as fast as it goes, not at the wall clock's pace; a page in
 headless Chromium watches all the time and orders bends, pulses and recordings. Every simulated minute a line:
 resident memory of the program after a garbage collection, heap of the page after one, motions done. Growth is
-from the end of the third minute (rings and caches are full then) to the end.
+from the third to seventh minute (rings and caches are full then) to the last five, by their medians, since
+the page's heap scatters by a tenth from one minute to the next.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import resource
 import tempfile
 import time
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from tests.browsing import browser
@@ -24,7 +26,7 @@ from tests.dashboard_bench import OpenBench, served, until
 from tubefoot.dashboard.helm import Helm
 
 MB = 1e6
-SETTLED_MIN = 3
+SETTLED_MIN, SPAN_MIN = 3, 5
 ORDER_S = 1800.0
 """An order takes two minutes of the bench at most, which a busy computer may stretch [s]."""
 PROGRAM = (
@@ -103,13 +105,15 @@ def _minute(bench: OpenBench, holder: str, minute: int, orders: int) -> int:
 
 
 def growth(rows: list[dict[str, float]], key: str) -> float:
-    """Growth of a column from the settled begin to the end, as a share.
+    """Growth of a column from the settled begin to the end, as a share; nan for a run too short to tell.
 
     rows : from `soak`
     key : of the column
     """
-    begin = rows[min(SETTLED_MIN, len(rows)) - 1][key]
-    return rows[-1][key] / begin - 1.0
+    column = [row[key] for row in rows[SETTLED_MIN - 1 :]]
+    if len(column) < 2 * SPAN_MIN:
+        return float("nan")
+    return median(column[-SPAN_MIN:]) / median(column[:SPAN_MIN]) - 1.0
 
 
 if __name__ == "__main__":
