@@ -45,15 +45,17 @@ def read_foreign_csv(path: Path, columns: ColumnMap) -> RawSeries:
             _column(sheet, named.pressure_left, "pressure_left", columns),
         ]
     )
-    sampled = np.isfinite(time) & np.isfinite(pressures).all(axis=1)
-    if sampled.sum() < LEAST_ROWS:
+    whole = np.isfinite(time) & np.isfinite(pressures).all(axis=1)
+    if whole.sum() < LEAST_ROWS:
         raise ConfigError(
-            f"{path}: {sampled.sum()} rows have time and both pressures, at least {LEAST_ROWS} are needed; "
+            f"{path}: {whole.sum()} rows have time and both pressures, at least {LEAST_ROWS} are needed; "
             "check separator, decimal sign and missing in the column map"
         )
     _demand_order(time[np.isfinite(time)], path)
     drive = _column(sheet, named.drive, "drive", columns)
     drive = np.where(np.abs(drive) < columns.drive_threshold, 0.0, drive)
+    # A row without pressures still tells whether the pump ran.
+    sampled = whole | (np.isfinite(time) & np.isfinite(drive))
     seen = _angles(path, sheet, columns, time)
     files = [path] if columns.angles is None else [path, _angle_path(path, columns)]
     return RawSeries(

@@ -42,7 +42,9 @@ def estimate_latency(record: BenchRecord) -> Latency:
         return NO_LATENCY
     # The pressures' grid begins anywhere; the angles are put on the same one.
     turn = np.interp(grid, own_grid, np.gradient(bend, GRID_S), left=0.0, right=0.0)
-    difference = np.interp(grid, record.time, record.pressures[:, 0] - record.pressures[:, 1])
+    good = ~record.pressure_outlier
+    right, left = record.pressures[good].T
+    difference = np.interp(grid, record.time[good], right - left)
     found = [_best_shift(_explaining(rate, difference, memories), turn) for memories in MEMORIES_S]
     shifts, scatter, heights = np.array(found).T
     if not np.isfinite(shifts).all():

@@ -13,7 +13,8 @@ from tubefoot.validation.column_map import ColumnMap
 from tubefoot.validation.foreign_csv import read_foreign_csv
 from tubefoot.validation.latency import LEAST_CORRELATION, LEAST_SIGMAS, estimate_latency
 from tubefoot.validation.outliers import angle_outliers, pressure_outliers
-from tubefoot.validation.pulses import found_pulses
+from tubefoot.validation.plausible import demand_plausible, demand_units_of_series
+from tubefoot.validation.pulses import blind_stretches, found_pulses
 from tubefoot.validation.recording import NO_LATENCY, BenchRecord, RawSeries
 
 
@@ -77,7 +78,25 @@ def prepared(raw: RawSeries, name: str, drift: DriftLine = "none", synchronise: 
     name : what it is called
     drift : see `load_recording`
     synchronise : whether the estimated latency is taken off
+
+    Raises ConfigError, with the name, when there is too short a rest or no pulse, or when no bench can have
+    measured it (`plausible.py`).
     """
+    try:
+        demand_units_of_series(raw)
+        record = _record_of(raw, name, drift)
+        demand_plausible(record)
+    except ConfigError as error:
+        raise ConfigError(f"{name}: {error}") from error
+    latency = estimate_latency(record)
+    sure = abs(latency.seconds) >= LEAST_SIGMAS * latency.sigma
+    apply = synchronise and sure and latency.correlation >= LEAST_CORRELATION
+    shift = latency.seconds if apply else 0.0
+    return replace(record, latency=replace(latency, applied=apply), angle_time=record.angle_time - shift)
+
+
+def _record_of(raw: RawSeries, name: str, drift: DriftLine) -> BenchRecord:
+    """The recording with its baseline taken off and outliers flagged, the angles' latency not yet known."""
     start = float(raw.time[0])
     time, angle_time = raw.time - start, raw.angle_time - start
     listed = tuple(replace(pulse, start=pulse.start - start, end=pulse.end - start) for pulse in raw.pulses)
@@ -85,12 +104,12 @@ def prepared(raw: RawSeries, name: str, drift: DriftLine = "none", synchronise: 
     pulses = listed or found_pulses(time, raw.pressures, raw.drive, wild)
     if not pulses:
         raise ConfigError(
-            f"{name}: no pulse of the pump in {time[-1]:.3g} s, neither listed nor in the pressures; "
+            f"no pulse of the pump in {time[-1]:.3g} s, neither listed nor in drive or pressures; "
             "nothing can be compared"
         )
     rest, line = rest_of(raw, pulses, wild, drift)
     odd = angle_outliers(angle_time, raw.angle)
-    record = BenchRecord(
+    return BenchRecord(
         name=name,
         units=raw.units,
         time=time,
@@ -104,10 +123,6 @@ def prepared(raw: RawSeries, name: str, drift: DriftLine = "none", synchronise: 
         pulses=pulses,
         rest=rest,
         latency=NO_LATENCY,
+        blind=() if listed else blind_stretches(time),
         provenance=raw.provenance,
     )
-    latency = estimate_latency(record)
-    sure = abs(latency.seconds) >= LEAST_SIGMAS * latency.sigma
-    apply = synchronise and sure and latency.correlation >= LEAST_CORRELATION
-    shift = latency.seconds if apply else 0.0
-    return replace(record, latency=replace(latency, applied=apply), angle_time=angle_time - shift)

@@ -21,6 +21,8 @@ SHARE_OF_FASTEST = 0.2
 LEAST_PULSE_S, LEAST_PAUSE_S = 0.04, 0.1
 """Shorter pulses are noise, shorter pauses are ripple of the pump's rollers [s]."""
 RUNNING = 1e-9
+LONGEST_GAP_S, GAP_OF_SAMPLES = 0.5, 10.0
+"""Samples further apart than this, and than so many usual intervals, may hide a pulse [s]."""
 
 
 def found_pulses(
@@ -48,6 +50,20 @@ def found_pulses(
         return ()
     way = np.where(np.abs(rate) > least, np.sign(rate), 0.0)
     return _runs(grid, way, np.full(len(grid), np.nan))
+
+
+def blind_stretches(time: FloatArray) -> tuple[tuple[float, float], ...]:
+    """Where samples are so far apart that a pulse between them would have been missed, begin and end [s].
+
+    time : (n,) of the samples [s]
+
+    >>> import numpy as np
+    >>> blind_stretches(np.array([0.0, 0.1, 0.2, 5.2, 5.3, 5.4]))
+    ((0.2, 5.2),)
+    """
+    apart = np.diff(time)
+    gaps = np.flatnonzero(apart > max(LONGEST_GAP_S, GAP_OF_SAMPLES * float(np.median(apart))))
+    return tuple((float(time[at]), float(time[at + 1])) for at in gaps)
 
 
 def pressure_rate(time: FloatArray, pressures: FloatArray, wild: BoolArray) -> tuple[FloatArray, FloatArray]:

@@ -83,6 +83,7 @@ class BenchRecord:
     angle, angle_sigma : (m,) bend since rest and its standard uncertainty, nan where not seen [rad]
     pressure_outlier, angle_outlier : (n,), (m,) flagged, not deleted
     pulses : runs of the pump; rest : the baseline; latency : of the angles
+    blind : stretches without samples that may hide a pulse [s]; none where the source lists its pulses
     provenance : file, its SHA-256, format, unit of each column in the source
     """
 
@@ -99,6 +100,7 @@ class BenchRecord:
     pulses: tuple[RecordedPulse, ...]
     rest: Rest
     latency: Latency
+    blind: tuple[tuple[float, float], ...] = ()
     provenance: Mapping[str, str] = field(default_factory=dict)
 
     @property

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.recording import BenchRecord
+from tubefoot.validation.recording import BenchRecord, RecordedPulse
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,6 +33,8 @@ PRESSURE_FLOOR = 0.08 * KPA
 """The same at rest: a count of the converter is 0.24 kPa [MPa]."""
 ANGLE_FLOOR = 0.05 * DEG
 LEAST_SAMPLES = 3
+LONGEST_INTERVAL = 0.5
+"""Between samples, share of a pulse that is only known by them."""
 
 
 @dataclass(frozen=True)
@@ -112,6 +114,7 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
     pulses = [pulse for pulse in record.pulses if pulse.end < last]
     if not pulses:
         raise ConfigError(f"{record.name}: no pulse ends before the recording does; record until it rests")
+    _demand_known_pulses(record, pulses)
     spans, times = _spans([(pulse.start, pulse.end) for pulse in pulses], last)
     grid = np.unique(np.round(times, 6))
     resting = [span for span in spans if not span[3]]
@@ -139,7 +142,7 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
     if len(sides[0].values) < 10:
         raise ConfigError(
             f"{record.name}: only {len(sides[0].values)} windows of {LEAST_WINDOW_S:g} s with "
-            "samples between pulses; record with pauses of half a second at least"
+            "samples between pulses, 10 are needed; record more pulses, with pauses of half a second at least"
         )
     return Observation(
         record.name,
@@ -153,6 +156,27 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
         sides[1],
         angle,
     )
+
+
+def _demand_known_pulses(record: BenchRecord, pulses: Sequence[RecordedPulse]) -> None:
+    """Refuse a recording that does not tell what was pumped: pulses unseen, or too short for its samples."""
+    missed = [
+        stretch for stretch in record.blind if pulses[0].start < stretch[1] and stretch[0] < pulses[-1].end
+    ]
+    if missed:
+        begin, end = missed[0]
+        raise ConfigError(
+            f"{record.name}: no samples from {begin:.1f} to {end:.1f} s, and nothing else says whether the "
+            "pump ran meanwhile; fit the parts before and after as recordings of their own"
+        )
+    interval = float(np.median(np.diff(record.time)))
+    length = float(np.median([pulse.end - pulse.start for pulse in pulses]))
+    listed = np.isfinite([pulse.volume for pulse in pulses]).any()
+    if not listed and interval > LONGEST_INTERVAL * length:
+        raise ConfigError(
+            f"{record.name}: samples are {interval:.3g} s apart and pulses {length:.3g} s long, so nobody "
+            f"knows how much was pumped; record every {LONGEST_INTERVAL * length:.2g} s, or pump longer"
+        )
 
 
 def _spans(
