@@ -30,6 +30,8 @@ POSE_TERMS = 4
 
 TERMS = 14
 GAIN = POSE_TERMS + 3
+DAMPING = 1e-7 * np.eye(TERMS)
+LARGEST_LOG_SCALE = 0.3
 MIN_CONTRAST = 12.0
 """Least difference of paper and ink [grey levels]."""
 
@@ -241,10 +243,10 @@ class _Problem:
         weighted = self.columns * self.counted
         normal = (weighted @ self.columns.T).astype(float)
         right = (weighted @ self.grey).astype(float)
-        scaling = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
-        damped = normal * np.outer(scaling, scaling) + 1e-7 * np.eye(len(normal))
+        scale = 1 / np.sqrt(np.maximum(np.diag(normal), 1e-12))
+        scaling = scale[:, None] * scale
         try:
-            self.inverse = np.linalg.inv(damped) * np.outer(scaling, scaling)
+            self.inverse = np.linalg.inv(normal * scaling + DAMPING) * scaling
         except np.linalg.LinAlgError:
             return False
         self.solution = self.inverse @ right
@@ -258,15 +260,15 @@ class _Problem:
 
     def _advance(self) -> None:
         """Move the pose by the solution, at most a fifth of the marker."""
-        step = self.solution[:POSE_TERMS].copy()
+        right, up, turn, growth = (float(value) for value in self.solution[:POSE_TERMS])
         arm = self.target.side / 2
-        length = float(np.max(np.abs(step * (1, 1, arm, arm))))
-        step *= min(1.0, 0.2 * self.target.side / max(length, 1e-12))
+        length = max(abs(right), abs(up), arm * abs(turn), arm * abs(growth))
+        share = min(1.0, 0.2 * self.target.side / max(length, 1e-12))
         self.step_px = length / self.target.side * self.side_px
         self.pose = PlanarPose(
-            self.pose.x + float(step[0]), self.pose.z + float(step[1]), self.pose.angle + float(step[2])
+            self.pose.x + share * right, self.pose.z + share * up, self.pose.angle + share * turn
         )
-        self.log_scale = float(np.clip(self.log_scale + step[3], -0.3, 0.3))
+        self.log_scale = min(max(self.log_scale + share * growth, -LARGEST_LOG_SCALE), LARGEST_LOG_SCALE)
 
     def _weigh(self) -> None:
         """Tukey weights from the misfit, with an allowance at edges."""
@@ -280,8 +282,7 @@ class _Problem:
         """Take the isotropic part of the residual blur into the template."""
         growth = (self.solution[10] + self.solution[12]) / self.gain
         variance = (self.blur_level**2 + growth) * self.side_px**2
-        bound = (0.2 * self.side_px) ** 2
-        self.blur_px = float(np.sqrt(np.clip(variance, 0.45**2, bound)))
+        self.blur_px = min(max(float(variance), 0.45**2), (0.2 * self.side_px) ** 2) ** 0.5
 
     def fit(self) -> Fit:
         """Statistics of the present state."""
@@ -316,11 +317,10 @@ class _Problem:
         plain = np.zeros((3, *self.shape), dtype=np.float32)
         plain.reshape(3, -1)[:, self.index] = influence
         near = np.stack([cv2.boxFilter(part, -1, (3, 3), normalize=False) for part in plain])
-        flat = plain.reshape(3, -1).astype(float)
-        related = flat @ near.reshape(3, -1).T.astype(float)
-        alone = np.sum(flat**2, axis=1)
+        alone = influence.astype(float)
+        related = alone @ near.reshape(3, -1)[:, self.index].T.astype(float)
         matrix = (related + related.T) / 2
-        np.fill_diagonal(matrix, np.maximum(np.diag(matrix), alone))
+        np.fill_diagonal(matrix, np.maximum(np.diag(matrix), np.sum(alone**2, axis=1)))
         return matrix
 
     def _cell_errors(self) -> FloatArray:
