@@ -10,7 +10,7 @@ from tubefoot.fea.contact import SelfContact
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import FacetSet, Mesh
-from tubefoot.fea.obstacle import Box, Obstacle, Plane, Sphere
+from tubefoot.fea.obstacle import Box, Obstacle, Plane, Sphere, mirror_image
 
 
 def patch(kind, height, upward, first):
@@ -69,6 +69,35 @@ def pressed(request):
 def test_residual_and_tangent_are_derivatives_of_the_energy(pressed):
     _, contact, unknowns = pressed
     assert_exact_derivatives(contact, unknowns)
+
+
+def tilted(mesh, degrees):
+    """Displacements that turn the upper wall about x and let it cut into the lower one, both curved."""
+    rng = np.random.default_rng(7)
+    upper = mesh.points[:, 2] > 0.5
+    displacement = 0.02 * rng.standard_normal(mesh.points.shape)
+    centre = mesh.points[upper].mean(axis=0)
+    angle = np.deg2rad(degrees)
+    turn = np.array([[1, 0, 0], [0, np.cos(angle), -np.sin(angle)], [0, np.sin(angle), np.cos(angle)]])
+    away = mesh.points[upper] - centre
+    displacement[upper] += away @ turn.T - away - [0.0, 0.0, 1.0]
+    return displacement.ravel()
+
+
+@pytest.mark.parametrize("kind", ["quad9", "triangle6", "quad8"])
+@pytest.mark.parametrize("degrees", [62.0, 68.0, -72.0])
+def test_derivatives_are_exact_where_a_contact_seen_edge_on_fades(kind, degrees):
+    mesh = facing(kind, 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    unknowns = tilted(mesh, degrees)
+    assert contact.look(State(unknowns, np.zeros(0), 0.0))[0]
+    found, sink = evaluate(contact, unknowns)
+    assert found.energy > 0.0
+    assert_exact_derivatives(contact, unknowns)
+    forces = sink.residual.reshape(-1, 3)
+    assert np.abs(forces.sum(axis=0)).max() < 1e-12 * np.abs(forces).sum()
+    positions = mesh.points + unknowns.reshape(-1, 3)
+    assert np.abs(np.cross(positions, forces).sum(axis=0)).max() < 1e-10 * np.abs(forces).sum()
 
 
 def test_forces_and_moments_of_both_sides_cancel(pressed):
@@ -264,3 +293,26 @@ def test_contacts_given_back_have_the_elements_that_they_had():
     contact.choice = before
     assert contact.pattern is pattern
     assert len(contact.gaps) == 0
+
+
+def test_a_wall_is_held_off_its_mirror_image_by_the_pressure_of_the_whole_gap():
+    points, cells = patch("quad9", 0.0, True, 0)
+    mesh = Mesh(points[:, [0, 2, 1]] + [0.0, 1.0, 0.0], (), (), {"lid": FacetSet("quad9", cells)})
+    barrier = Barrier()
+    image = mirror_image(mesh, "lid", barrier)
+    for y in (0.06, 0.045, 0.02, -0.01):
+        unknowns = np.zeros(mesh.points.shape)
+        unknowns[:, 1] = y - 1.0
+        _, sink = evaluate(image, unknowns.ravel())
+        force = -sink.residual.reshape(-1, 3).sum(axis=0)
+        pressure = barrier.pressure(np.array([2.0 * y]))[0]
+        assert force == pytest.approx([0.0, 16.0 * pressure, 0.0], abs=1e-12)
+    assert_exact_derivatives(image, unknowns.ravel())
+
+
+def test_the_reach_of_a_mirror_image_is_at_most_half_the_distance_at_rest():
+    points, cells = patch("quad9", 0.0, True, 0)
+    mesh = Mesh(points[:, [0, 2, 1]] + [0.0, 0.04, 0.0], (), (), {"lid": FacetSet("quad9", cells)})
+    found, _ = evaluate(mirror_image(mesh, "lid", Barrier()), np.zeros(mesh.points.size))
+    assert found.energy == 0.0
+    assert found.min_gap == pytest.approx(0.04)

@@ -101,9 +101,16 @@ def test_a_chamber_counts_as_collapsed_at_the_volume_that_the_message_names(refe
     collapses = [limit for limit in finger.limits if "collapse" in limit.reason]
     assert [limit.control.cavity for limit in collapses] == [0, 1]
     for limit in collapses:
-        named = re.search(r"\((\d+) % of its volume are left\)", limit.reason)
-        rest = finger.model.cavities[limit.control.cavity].rest_volume
-        assert 1.0 + limit.control.target / rest == pytest.approx(int(named[1]) / 100)
+        named = re.search(r"([\d.]+) mm apart on average, ([\d.]+) % of its volume left", limit.reason)
+        cavity = finger.model.cavities[limit.control.cavity]
+        left = cavity.rest_volume + limit.control.target
+        assert left / cavity.rest_volume == pytest.approx(float(named[2]) / 100, abs=5e-4)
+        # Of two walls at a distance h, each of area A / 2, V = h A / 2.
+        walls = finger.mesh.facet_set(("cavity_right", "cavity_left")[limit.control.cavity])
+        corners = finger.mesh.points[walls.nodes[:, :4]]
+        across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+        area = 0.5 * np.linalg.norm(across, axis=1).sum()
+        assert 2.0 * left / area == pytest.approx(float(named[1]), rel=1e-3)
         assert limit.control.quantity == "volume_change"
 
 

@@ -36,6 +36,8 @@ REMEMBERED = 12
 class BodyContact(Contacts):
     """Contact of a finger's walls with an object's skin; as an item it adds the barrier's energy."""
 
+    _fade = (-3.0, -2.0)
+
     def __init__(
         self,
         mesh: Mesh,

@@ -23,19 +23,23 @@ from tubefoot.fea.contacts import Contacts, Elements, bounding_spheres
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, find_opposite, follow_places
+from tubefoot.fea.proximity import KEPT, OPPOSED, find_opposite, follow_places
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 MANY = 12
 """Facets opposite one sample that are remembered."""
+FULLY = 0.5
+"""Cosine between two walls from which on they press each other as walls that face each other."""
 SHEETS = 4
 """Facets that one sample may press against at a time: more than one where folds meet."""
 
 
 class SelfContact(Contacts):
     """Contact of a surface with itself; as an item it adds the barrier's energy."""
+
+    _fade = (-OPPOSED, FULLY)
 
     def __init__(self, mesh: Mesh, surface: Sequence[str], barrier: Barrier | None = None):
         """Prepare the samples; the reach is cut to half the smallest gap at rest.

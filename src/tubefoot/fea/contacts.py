@@ -54,6 +54,8 @@ class Contacts:
     """
 
     areas: FloatArray
+    _fade: tuple[float, float]
+    """Cosines between the walls at which a contact weighs nothing and all; see `barrier`."""
     _shapes: FloatArray
     """(n, 3, n_nodes) shape functions at the samples and the slopes by which the wall's direction turns."""
 
@@ -93,7 +95,7 @@ class Contacts:
         if len(self._sample) == 0:
             return
         positions = self._positions(state)
-        energy = assemble_contacts(
+        energy, deepest = assemble_contacts(
             self._sampled(positions)[self._sample],
             self._tangents_of_contacts(positions),
             self.areas[self._sample],
@@ -107,6 +109,7 @@ class Contacts:
             self._coefficients @ positions[self.nodes],
             self._shapes,
             (self.barrier.reach, self.barrier.stiffness),
+            self._fade,
             self._elements.residuals,
             self._elements.matrices,
         )
@@ -114,7 +117,7 @@ class Contacts:
             found.min_gap = -np.inf
             return
         found.energy += energy
-        found.min_gap = min(found.min_gap, float(self.gaps.min()))
+        found.min_gap = min(found.min_gap, deepest)
         found.magnitude = max(found.magnitude, float(np.abs(self._elements.residuals).max(initial=0.0)))
         sink.add(self, 0, self._elements.matrices, self._elements.residuals)
 
@@ -130,14 +133,18 @@ class Contacts:
         self._row = np.searchsorted(self._elements.pairs, self._own[sample] * len(self.nodes) + facet)
 
     def _prepare(self, sample: IntArray, facet: IntArray, others: IntArray) -> bool:
-        """Whether contacts needed new elements; then the facets nearby, `others`, got theirs too."""
+        """Whether contacts needed new elements; then the facets near their samples, `others`, got theirs too.
+
+        Elements that none needs any more are dropped then: each makes the factorisation dearer.
+        """
         n = len(self.nodes)
         keys = self._own[sample] * n + facet
         if np.isin(keys, self._elements.pairs).all():
             return False
-        near, neighbour = np.nonzero(others >= 0)
-        found = self._own[near] * n + others[near, neighbour]
-        self._elements = Elements.of(np.union1d(np.union1d(self._elements.pairs, found), keys), self.nodes)
+        mine = np.unique(sample)
+        near, neighbour = np.nonzero(others[mine] >= 0)
+        found = self._own[mine[near]] * n + others[mine[near], neighbour]
+        self._elements = Elements.of(np.union1d(found, keys), self.nodes)
         return True
 
     def _positions(self, state: State) -> FloatArray:

@@ -27,6 +27,7 @@ from tubefoot.fea.landing import Limit
 from tubefoot.fea.measures import RIGID_REGIONS, Centreline, SectionRotation
 from tubefoot.fea.memory import Memory, Relaxation
 from tubefoot.fea.mesh import Mesh
+from tubefoot.fea.obstacle import mirror_image
 from tubefoot.fea.solid import OgdenLaw, Solid
 from tubefoot.fea.timeline import Stage, stages
 from tubefoot.units import ATMOSPHERE_MPA, DEG, KPA, ML
@@ -42,6 +43,14 @@ GOALS = (
     "pumped_volume_ml",
     "bend_deg",
 )
+
+HANDS = ("right", "left")
+
+SLIT = 0.1
+"""Mean distance of a chamber's walls at which it has collapsed [mm]: 2 V / A, A their area at rest.
+
+Two walls in contact stand up to the barrier's reach apart, by default the same: less volume is the barrier's.
+"""
 
 TIMES = ("ramp_s", "hold_s", "hold", "recover_s")
 """Settings that only a viscoelastic solve reads."""
@@ -170,13 +179,21 @@ class FingerModel:
         found = []
         for number, hand in enumerate(("right", "left")):
             vacuum = Control("pressure", self._vacuum(number), cavity=number)
-            empty = -0.98 * self.model.cavities[number].rest_volume
-            collapse = Control("volume_change", empty, cavity=number)
+            share, change = self._collapsed(number)
+            collapse = Control("volume_change", change, cavity=number)
+            left = f"its walls {SLIT:g} mm apart on average, {100 * share:.1f} % of its volume left"
             found += [
                 Limit(vacuum, f"absolute vacuum in the {hand} chamber (cavitation)"),
-                Limit(collapse, f"full collapse of the {hand} chamber (2 % of its volume are left)"),
+                Limit(collapse, f"full collapse of the {hand} chamber ({left})"),
             ]
         return found
+
+    def _collapsed(self, number: int) -> tuple[float, float]:
+        """Share of a chamber's volume that is left when it is a slit, and the change of volume [mm^3]."""
+        cavity = self.model.cavities[number]
+        area = 2.0 * self.walls[number].areas.sum()  # each side of a contact carries half
+        share = min(0.5 * SLIT * float(area) / cavity.rest_volume, 0.5)
+        return share, -(1.0 - share) * cavity.rest_volume
 
     def _vacuum(self, number: int) -> float:
         """Gauge pressure at which a chamber's path ends [MPa]: vacuum, just above it with an air column."""
@@ -200,7 +217,10 @@ def build_finger(design: FingerDesign, settings: SolveSettings) -> FingerModel:
         for number, hand in enumerate(("right", "left"))
     ]
     walls = contact_walls(mesh, settings.contact_reach_mm)
-    others: list[Item] = [*seam_films(mesh, design), *(walls if settings.self_contact else [])]
+    others: list[Item] = [*seam_films(mesh, design)]
+    if settings.self_contact:
+        images = [mirror_image(mesh, f"lid_{hand}", Barrier(settings.contact_reach_mm)) for hand in HANDS]
+        others += [*walls, *images]
     model = Model(mesh, [solid], clamp_half_finger(mesh), cavities, _drive(settings), others)
     profile = design.profile
     return FingerModel(

@@ -6,7 +6,7 @@ its distance to the body's surface. The body is moved between steps by replacing
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -180,7 +180,8 @@ class Obstacle:
             full = np.einsum("qa,fqij,qb->faibj", self._shape, blocks, self._shape, optimize=True)
             matrices[touched] = full.reshape(len(touched), size, size)
         found.energy += float((weights * stiffness / (3 * reach) * excess**3).sum())
-        found.min_gap = min(found.min_gap, float(gaps.min()))
+        if gaps.min() < self.barrier.ahead:
+            found.min_gap = min(found.min_gap, float(gaps.min()))
         found.magnitude = max(found.magnitude, float(np.abs(residuals).max(initial=0.0)))
         sink.add(self, 0, matrices, residuals)
 
@@ -189,3 +190,19 @@ class Obstacle:
 
         step : unchanged
         """
+
+
+def mirror_image(mesh: Mesh, facets: str, barrier: Barrier) -> Obstacle:
+    """What holds a wall off its mirror image beyond the plane of symmetry y = 0: a rigid plane there.
+
+    Both walls stand y off the plane and 2 y from each other. Half of the energy w(2 y) that they have in
+    common is the wall's own: that of a plane with half the reach and twice the stiffness.
+
+    mesh : the half y >= 0; facets : name of the wall's facet set, off the plane
+    barrier : how wall and image repel each other; the reach is cut to half their distance at rest
+    """
+    wall = mesh.facet_set(facets)
+    between = 2.0 * float(mesh.points[np.unique(wall.nodes), 1].min())
+    reach = min(barrier.reach, between / 2)
+    plane = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    return Obstacle(mesh, facets, plane, replace(barrier, reach=reach / 2, stiffness=2 * barrier.stiffness))
