@@ -3,6 +3,7 @@
 Draws designs far wider than the reference finger, leaves out those that the geometry rules refuse, and
 solves each to P_right = 35 kPa with self-contact, on a coarse mesh. Rows go to build/robustness.csv one by
 one, and a second call goes on where the first was stopped; delete a row to have its design solved again.
+`--part 1/2` and `--part 2/2` share the list between two processes, each with a table of its own.
 Prints how many ended how. A design that takes longer than `--limit-s` of CPU time is a failure.
 """
 
@@ -22,11 +23,12 @@ from tubefoot.errors import ConvergenceError, GeometryError
 from tubefoot.fea.finger_model import SolveSettings, build_finger, largest_stretch
 from tubefoot.fea.measures import percentile
 from tubefoot.fea.path import follow
+from tubefoot.fea.step import Step
 from tubefoot.fea.stride import StepControl
 from tubefoot.records import read_table, write_table
 from tubefoot.units import DEG, KPA
 
-TABLE = Path("build/robustness.csv")
+BUILD = Path("build")
 SETTINGS = SolveSettings(element_size_mm=3.0, states=6, fields="none")
 REACHED = "goal reached"
 PHYSICAL = ("absolute vacuum", "full collapse", "rupture strain", "instability")
@@ -79,11 +81,12 @@ def solve(design: FingerDesign, limit_s: float = LIMIT_S) -> dict[str, Any]:
     signal.signal(signal.SIGVTALRM, _too_slow)
     signal.setitimer(signal.ITIMER_VIRTUAL, limit_s)
     row: dict[str, Any] = {"end": "", "bend_deg": "", "pressure_right_kpa": "", "pressure_left_kpa": ""}
-    last, snaps = None, 0
+    last: Step | None = None
+    snaps = 0
     deepest = np.inf
     rupture = 1.0 + design.body.elongation_at_break_percent / 100.0
 
-    def watch(step, wall_s):
+    def watch(step: Step, wall_s: float) -> str | None:
         nonlocal last, deepest, snaps
         stretch = percentile(largest_stretch(finger.solid, step.state.unknowns), finger.solid.weights, 0.999)
         if stretch > rupture:
@@ -127,10 +130,13 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=200)
     parser.add_argument("--seed", type=int, default=7)
     parser.add_argument("--limit-s", type=float, default=LIMIT_S)
+    parser.add_argument("--part", default="1/1", help="K/N: every N-th design from the K-th on, rows apart")
     arguments = parser.parse_args()
-    rows = read_table(TABLE) if TABLE.exists() else []
+    part, parts = (int(number) for number in arguments.part.split("/"))
+    table = BUILD / ("robustness.csv" if parts == 1 else f"robustness-{part}-of-{parts}.csv")
+    rows = read_table(table) if table.exists() else []
     done = {(int(float(row["seed"])), int(float(row["number"]))) for row in rows}
-    for number, design in designs(arguments.seed, arguments.count):
+    for number, design in designs(arguments.seed, arguments.count)[part - 1 :: parts]:
         if (arguments.seed, number) in done:
             continue
         row = {
@@ -140,7 +146,7 @@ def main() -> None:
             **solve(design, arguments.limit_s),
         }
         rows.append(row)
-        write_table(TABLE, rows)
+        write_table(table, rows)
         print(f"{len(rows):4d}  design {number}: {row['end']}", flush=True)
     mine = [row for row in rows if int(float(row["seed"])) == arguments.seed]
     ends = Counter(_kind(str(row["end"])) for row in mine)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from tubefoot.fea.approach import approach
 from tubefoot.fea.assembly import SparseSystem
 from tubefoot.fea.bordering import Borders
 from tubefoot.fea.cavity import Cavity
@@ -22,6 +23,7 @@ from tubefoot.fea.factorise import SingularMatrixError, factoriser
 from tubefoot.fea.items import Boundary, Choosing, Evaluation, Item, Pairing, State, Timings
 from tubefoot.fea.mesh import Mesh
 from tubefoot.fea.newton import converge
+from tubefoot.fea.predictor import Blend
 from tubefoot.fea.solid import Solid
 from tubefoot.fea.step import Step, StepFailed, Tolerance
 
@@ -119,10 +121,15 @@ class Model:
         self.timings.assembly += time.perf_counter() - started
         return found
 
-    def solve(self, guess: State, control: Control) -> Step:
+    def solve(
+        self, guess: State, control: Control, blend: Blend | None = None, last: State | None = None
+    ) -> Step:
         """The converged step that the control asks for.
 
+        Where Newton's method does not get there from the guess, an `approach` brings it near first.
+
         guess : where Newton starts; control : which quantity ends at which value
+        blend, last : what the approach knows of the states before
 
         Raises StepFailed when it does not converge, inverts, or leaves the range of the physics; contacts
         then have the partners that they had before.
@@ -130,9 +137,13 @@ class Model:
         choices = self.choices()
         try:
             return converge(self, guess, control)
-        except StepFailed:
+        except StepFailed as failure:
             self.choose(choices)
-            raise
+            try:
+                return converge(self, approach(self, guess, control, blend, last), control)
+            except StepFailed:
+                self.choose(choices)
+            raise failure
 
     def slope_at_rest(self, goal: Control) -> float:
         """Derivative of a control's quantity by the path parameter, at rest.

@@ -15,7 +15,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit, prange
 
-from tubefoot.fea.material_point import material_point
+from tubefoot.fea.material_point import cofactor, deformation_gradient, material_point
+from tubefoot.fea.mixed_point import mixed_point
 from tubefoot.fea.ogden import FLAGS
 
 
@@ -125,6 +126,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     alpha,
     kappa,
     history,
+    strains,
     displacement_slot,
     pressure_slot,
     n_kept,
@@ -148,6 +150,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
     pressure_shapes : (n_cells, n_q, n_p); material : (n_cells,) row of the material constants
     mu, alpha : (n_laws, n_terms); kappa : (n_laws, 3), k0, k1 and g [MPa]
     history : (n_cells, n_q, 6) stress remembered at each point, see `add_history`; (n_cells, n_q, 0) for none
+    strains : (n_cells, n_q, 6) C that each point has by itself, see `mixed_point`; (n_cells, n_q, 0) for none
     displacement_slot : (3 n_nodes,), pressure_slot : (n_p,) places among a cell's unknowns
     n_kept : how many of a cell's unknowns stay; stiff : whether the matrices are wanted
     matrices : (n_cells, n_kept, n_kept), residuals : (n_cells, n_kept) out
@@ -165,6 +168,7 @@ def assemble_cells(  # type: ignore[no-untyped-def]
                 nodal[a, i] = unknowns[local_unknowns[cell, displacement_slot[3 * a + i]]]
         f, cof, stress = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
         tangent, work = np.empty((9, 9)), np.empty((7, 9))
+        mixed = np.empty((7, 3, 3))
         rows = 3 * n_q if stiff else 0
         slopes, applied = np.zeros((rows, n_nodes)), np.zeros((rows, 6 * n_nodes))
         divergences, shares = np.zeros((n_q, 3 * n_nodes)), np.zeros((n_q, n_p))
@@ -181,25 +185,43 @@ def assemble_cells(  # type: ignore[no-untyped-def]
             for m in range(n_p):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
-            density, jacobian = material_point(
-                nodal,
-                gradient,
-                mu[law],
-                alpha[law],
-                kappa[law, 0],
-                kappa[law, 2],
-                field,
-                history[cell, q],
-                stiff,
-                f,
-                cof,
-                stress,
-                tangent,
-                work,
-            )
-            smallest = min(smallest, jacobian)
-            if not jacobian > 0.0:
-                continue
+            deformation_gradient(nodal, gradient, f)
+            if strains.shape[2] > 0:
+                density, jacobian = mixed_point(
+                    f,
+                    strains[cell, q],
+                    mu[law],
+                    alpha[law],
+                    kappa[law, 0],
+                    kappa[law, 2],
+                    field,
+                    history[cell, q],
+                    cof,
+                    stress,
+                    tangent,
+                    work,
+                    mixed,
+                )
+            else:
+                jacobian = cofactor(f, cof)
+                density = material_point(
+                    f,
+                    cof,
+                    jacobian,
+                    mu[law],
+                    alpha[law],
+                    kappa[law, 0],
+                    kappa[law, 2],
+                    field,
+                    history[cell, q],
+                    stiff,
+                    stress,
+                    tangent,
+                    work,
+                )
+                smallest = min(smallest, jacobian)
+                if not jacobian > 0.0:
+                    continue
             total += weight * (density + field * (jacobian - 1.0 - 0.5 * field / field_bulk))
             for a in range(n_nodes):
                 for i in range(3):
@@ -300,9 +322,12 @@ def point_stresses(  # type: ignore[no-untyped-def]
             for m in range(pressure_slot.shape[0]):
                 slot = local_unknowns[cell, pressure_slot[m]]
                 field += pressure_shapes[cell, q, m] * unknowns[slot]
-            _, jacobian = material_point(
-                nodal,
-                gradients[cell, q],
+            deformation_gradient(nodal, gradients[cell, q], f)
+            jacobian = cofactor(f, cof)
+            material_point(
+                f,
+                cof,
+                jacobian,
                 mu[law],
                 alpha[law],
                 kappa[law, 0],
@@ -310,8 +335,6 @@ def point_stresses(  # type: ignore[no-untyped-def]
                 field,
                 history[cell, q],
                 False,
-                f,
-                cof,
                 stress,
                 tangent,
                 work,

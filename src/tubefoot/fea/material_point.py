@@ -106,21 +106,19 @@ def add_history(f, history, stress, tangent):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, fastmath=FLAGS, error_model="numpy")
 def material_point(  # type: ignore[no-untyped-def]
-    nodal, gradient, mu, alpha, bulk, guard, field, history, stiff, f, cof, stress, tangent, work
+    f, cof, jacobian, mu, alpha, bulk, guard, field, history, stiff, stress, tangent, work
 ):
-    """Energy density without that of the pressure field [MPa], and J; F, cofactors and stress are written.
+    """Energy density without that of the pressure field [MPa]; the nominal stress is written.
 
-    nodal : (n_nodes, 3) displacements; gradient : (n_nodes, 3); mu, alpha : (n_terms,)
-    bulk, guard, field : see `add_volumetric`; history : (6,) of `add_history`, or (0,) for none
-    stiff : whether the tangent is wanted
-    f, cof, stress : (3, 3) out, nominal stress [MPa]; tangent : (9, 9) out; work : (7, 9) scratch
+    f : (3, 3), cof : its cofactors, jacobian : its determinant; where that is not positive nothing is done
+    mu, alpha : (n_terms,); bulk, guard, field : see `add_volumetric`
+    history : (6,) of `add_history`, or (0,) for none; stiff : whether the tangent is wanted
+    stress : (3, 3) out [MPa]; tangent : (9, 9) out; work : (7, 9) scratch
     """
-    deformation_gradient(nodal, gradient, f)
-    jacobian = cofactor(f, cof)
     if not jacobian > 0.0:
-        return 0.0, jacobian
+        return 0.0
     energy = ogden_point(f, mu, alpha, stiff, stress, tangent, work)
     if history.shape[0] > 0:
         energy += add_history(f, history, stress, tangent)
     energy += add_volumetric(f, cof, jacobian, bulk, guard, field, stiff, stress, tangent)
-    return energy, jacobian
+    return energy

@@ -24,7 +24,7 @@ from tubefoot.fea.drive import Control
 from tubefoot.fea.equilibrium import Model
 from tubefoot.fea.items import State
 from tubefoot.fea.landing import Limit, next_target, passed, value_of
-from tubefoot.fea.predictor import predict
+from tubefoot.fea.predictor import blend, predict
 from tubefoot.fea.settle import Settler
 from tubefoot.fea.stability import critical_mode, place_of
 from tubefoot.fea.step import Step, StepFailed
@@ -39,7 +39,7 @@ ARC_STEPS = 16
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the first step, the next stable state is looked for."""
 LOCATED = 1 / 4
-"""Longest step over the first one in which a jump is taken for located."""
+"""Longest step over the first one in which a jump, or a loss of stability, is taken for located."""
 FALLS = 2
 """Times that the structure is let fall from one state without coming to rest."""
 
@@ -122,11 +122,12 @@ class _Walk:
         control = Control("parameter", target) if landing is None else landing.control
         try:
             guess = predict(self.smooth, target)
-            step = self.model.solve(guess, control)
+            step = self.model.solve(guess, control, blend(self.smooth, target), self.smooth[-1].state)
             self._require_near(guess, step)
             if landing is None and (found := passed(self.model, self.limits, self.smooth[-1], step)):
                 landing, at = found
-                step = self.model.solve(predict([*self.smooth, step], at), landing.control)
+                known = [*self.smooth, step]
+                step = self.model.solve(predict(known, at), landing.control, blend(known, at), step.state)
         except StepFailed as failure:
             self.path.failures.append(f"step to {target:.6g} failed: {failure}")
             if self._falls < FALLS and self._fall_to_rest(control):
@@ -192,6 +193,8 @@ class _Walk:
             self._snap(self._settled().leave(before, step, mode), cause)
         except StepFailed as failure:
             self.path.failures.append(f"no stable state found: {failure}")
+            if self.stride.over_first() > LOCATED and self.stride.shorten():
+                return
             self.path.end_reason = f"instability: {cause}; no stable state found beyond"
 
     def _snap(self, step: Step, cause: str) -> None:

@@ -9,9 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tubefoot.fea.items import State
 from tubefoot.fea.step import Step
+
+FloatArray = NDArray[np.float64]
+Blend = list[tuple[float, FloatArray]]
+"""Shares and unknowns of states."""
 
 HIGHEST_DEGREE = 3
 
@@ -21,19 +26,50 @@ def predict(steps: Sequence[Step], parameter: float) -> State:
 
     steps : the last ones, without a jump between them; parameter : where
     """
-    if len(steps) == 1 and steps[0].tangent is not None and steps[0].tangent.parameter != 0.0:
+    if _along_tangent(steps):
         last, along = steps[0].state, steps[0].tangent
+        assert along is not None
         share = (parameter - last.parameter) / along.parameter
         return State(
             last.unknowns + share * along.unknowns, last.pressures + share * along.pressures, parameter
         )
-    recent = [step.state for step in steps[-best_degree(steps) - 1 :]]
-    shares = weights([state.parameter for state in recent], parameter)
+    shares, recent = _recent(steps, parameter)
     return State(
         sum((w * s.unknowns for w, s in zip(shares, recent, strict=True)), np.zeros(1)),
         sum((w * s.pressures for w, s in zip(shares, recent, strict=True)), np.zeros(1)),
         parameter,
     )
+
+
+def blend(steps: Sequence[Step], parameter: float) -> Blend:
+    """Shares of states whose strains, added up, are those to expect at a parameter.
+
+    steps : the last ones, without a jump between them; parameter : where
+    """
+    if _along_tangent(steps):
+        return straight(steps[0].state.unknowns, predict(steps, parameter).unknowns)
+    shares, recent = _recent(steps, parameter)
+    return [(share, state.unknowns) for share, state in zip(shares, recent, strict=True)]
+
+
+def straight(start: FloatArray, end: FloatArray) -> Blend:
+    """Shares of displacements whose strains add up to that of the end to first order in the way there.
+
+    The strain is quadratic along a straight way: start, middle and end tell its slope.
+
+    start, end : (n,) unknowns
+    """
+    return [(-2.0, start), (4.0, 0.5 * (start + end)), (-1.0, end)]
+
+
+def _along_tangent(steps: Sequence[Step]) -> bool:
+    return len(steps) == 1 and steps[0].tangent is not None and steps[0].tangent.parameter != 0.0
+
+
+def _recent(steps: Sequence[Step], parameter: float) -> tuple[list[float], list[State]]:
+    """The states that foretell best, and their shares."""
+    recent = [step.state for step in steps[-best_degree(steps) - 1 :]]
+    return weights([state.parameter for state in recent], parameter), recent
 
 
 def best_degree(steps: Sequence[Step]) -> int:

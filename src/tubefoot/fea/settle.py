@@ -18,7 +18,7 @@ from tubefoot.fea.step import Step, StepFailed
 
 FloatArray = NDArray[np.float64]
 
-KICKS = (0.1, 1.0, 10.0, 100.0)
+KICKS = (0.01, 0.1, 1.0, 10.0)
 """Displacements along the critical mode with which an unstable state is left, over that of the last step.
 
 The smallest one that is enough counts: after too small a one Newton's method finds the same state again.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from tubefoot.fea.elements import PressureSpace
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.kernel import assemble_cells, point_stresses, recover_cells
 from tubefoot.fea.mesh import CellBlock, Mesh, jacobian_at
+from tubefoot.fea.strains import add_strains, replace_wild_strains
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -31,6 +32,9 @@ GUARD_FROM = 20.0
 In a nearly incompressible solid J - 1 is about mu / kappa, where the guard is (mu / kappa)^2 of the bulk
 energy: nothing. Where a cell at a re-entrant edge would collapse, it is as stiff as the shear.
 """
+
+WILD = 0.3, 3.0
+"""Bounds of J beyond which a point may not have a strain of its own."""
 
 CHUNK = 1024
 """Cells assembled at a time: bounds the memory for cell matrices."""
@@ -83,6 +87,7 @@ class Solid:
         self._prepare_geometry(mesh)
         self._prepare_laws(mesh, laws)
         self._history = np.empty((*self.weights.shape, 0))
+        self._strains = self._no_strains = np.empty((*self.weights.shape, 0))
         start = 3 * len(mesh.points) if first_own_unknown is None else first_own_unknown
         self._number_unknowns(start)
 
@@ -115,6 +120,7 @@ class Solid:
                 self.material[part],
                 *self.constants,
                 self._history[part],
+                self._strains[part],
                 self._displacement_slot,
                 self._pressure_slot,
                 self.n_kept,
@@ -156,6 +162,32 @@ class Solid:
         mu, alpha, kappa = self._law
         self.constants = (factor[:, None] * mu, alpha, kappa)
         self._history = history
+
+    @property
+    def strains(self) -> FloatArray:
+        """(n_cells, n_q, 6) components 11, 22, 33, 12, 13, 23 of C that each point has by itself."""
+        return self._strains
+
+    def blend(
+        self,
+        states: Sequence[tuple[float, FloatArray]],
+        at: FloatArray,
+        kept: FloatArray | None = None,
+    ) -> None:
+        """Give each point a strain of its own (`mixed_point`), a sum of shares of those of some states.
+
+        states : shares and unknowns; at : (n,) unknowns whose strain serves where the sum is no strain
+        kept : (n_cells, n_q, 6) added to the sum, overwritten
+        """
+        slots = self.displacement_slots
+        self._strains = np.zeros((*self.weights.shape, 6)) if kept is None else kept
+        for share, unknowns in states:
+            add_strains(unknowns, slots, self.gradients, share, self._strains)
+        replace_wild_strains(at, slots, self.gradients, *WILD, self._strains)
+
+    def bind(self) -> None:
+        """Let the strain of each point be that of the displacements again."""
+        self._strains = self._no_strains
 
     def stresses(self, state: State) -> tuple[FloatArray, FloatArray]:
         """Cauchy stress (n_cells, n_q, 3, 3) [MPa] and J (n_cells, n_q) at the quadrature points.
