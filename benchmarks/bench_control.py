@@ -1,14 +1,15 @@
 """Closed-loop bending over a population of virtual benches: the paper's controller beside ours.
 
 `python -m benchmarks control` runs the first benches of the verdict; with both controllers on all 200,
-`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in less than an hour
-(`--resume` goes on where it was stopped, `--tuning` takes the benches for tuning and writes no table).
+`python -m benchmarks.bench_control --all` writes benchmarks/data/control_population.csv in about an hour
+(`--controller adaptive` runs one of them and keeps the other's rows, `--resume` goes on where it was
+stopped, `--tuning` takes the benches for tuning and writes no table).
 Angles come without pixels, the firmware runs as its native core; figures are of the true angle.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
@@ -125,24 +126,42 @@ def _settled(row: dict[str, Any]) -> bool:
     return str(row["settled"]).lower() == "true"
 
 
-def run_all(seeds: Sequence[int], path: Path | None, resumed: bool) -> None:
-    """All given benches, the table written after each; rows in a given table are not run again."""
-    rows = read_table(path) if path and resumed and path.exists() else []
+def run_all(
+    seeds: Sequence[int], path: Path | None, resumed: bool, names: Sequence[str] = CONTROLLERS
+) -> None:
+    """All given benches, the table written after each; rows of a table that are not asked for anew stay."""
+    rows = read_table(path) if path and path.exists() else []
+    rows = [row for row in rows if resumed or row["controller"] not in names]
     done = {(row["seed"], row["controller"]) for row in rows}
     for seed in seeds:
-        for name in CONTROLLERS:
+        for name in names:
             if (seed, name) in done:
                 continue
             rows += bench_rows(seed, name)
             if path:
-                write_table(path, rows)
+                write_table(
+                    path, sorted(rows, key=lambda row: (row["seed"], CONTROLLERS.index(row["controller"])))
+                )
             print(seed, name, flush=True)
-    for row in verdict(rows):
+    both = set.intersection(
+        *({row["seed"] for row in rows if row["controller"] == name} for name in CONTROLLERS)
+    )
+    for row in verdict([row for row in rows if row["seed"] in both]):
         print(f"{row.name:<55} {row.ours:8.3f} {row.other or 0:8.3f}  {row.note}")
 
 
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    benches = parser.add_mutually_exclusive_group(required=True)
+    benches.add_argument("--all", action="store_true", help="the 200 benches of the verdict, with a table")
+    benches.add_argument("--tuning", action="store_true", help="some benches for tuning, without a table")
+    parser.add_argument("--resume", action="store_true", help="keep the rows that the table has")
+    parser.add_argument("--controller", choices=CONTROLLERS, help="only this one")
+    chosen = parser.parse_args()
+    names = [chosen.controller] if chosen.controller else CONTROLLERS
+    seeds, path = (VERDICT_SEEDS, TABLE) if chosen.all else (TUNING_SEEDS[:FEW], None)
+    run_all(seeds, path, chosen.resume, names)
+
+
 if __name__ == "__main__":
-    if "--all" in sys.argv:
-        run_all(VERDICT_SEEDS, TABLE, "--resume" in sys.argv)
-    if "--tuning" in sys.argv:
-        run_all(TUNING_SEEDS[:FEW], None, False)
+    main()
