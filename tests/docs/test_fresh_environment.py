@@ -44,7 +44,7 @@ def test_every_command_of_a_page_runs_in_a_fresh_clone(page, clone):
         )
         assert done.returncode == 0, f"{block.place}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
         ran += bool(text.strip())
-    assert ran > 2
+    assert ran > 1
 
 
 def test_the_two_commands_of_the_readme_are_there(clone):
