@@ -9,6 +9,7 @@ benchmarks/data/coverage.csv; the fit was worked on with seeds from 1000 on.
 
 import argparse
 import json
+import shutil
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -44,6 +45,7 @@ def recorded(seed: int, units: int, place: Path) -> dict[str, Any]:
     """Where the blind recording of a seed lies, the hash of its truth, and what it cost; made if need be."""
     note = place / "made.json"
     if not note.exists():
+        shutil.rmtree(place, ignore_errors=True)  # what an interrupted run left
         started = time.process_time()
         recording, digest = run_blind(seed, units, short_campaign(units), place)
         made = {"recording": recording.name, "digest": digest, "cpu_s": time.process_time() - started}

@@ -77,7 +77,9 @@ def test_a_table_without_angles_is_fitted_to_its_pressures(tmp_path, capsys):
     (tmp_path / "map.toml").write_text(MAP.partition("[columns.angle]")[0])
     options = ["--columns", str(tmp_path / "map.toml"), "--sobol-samples", "0", "--out", str(tmp_path)]
     app(["fit", str(tmp_path / "bench.csv"), *options])
-    assert "figures: 3" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "figures: 3" in said
+    assert "kPa RMS, no angles recorded" in said
     record = json.loads((tmp_path / "fit.json").read_text())
     assert record["rms_bend_deg"] is None
     assert record["rms_right_kpa"] < 0.1

@@ -60,7 +60,8 @@ def made_record(values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=
         np.diff(grid), pumped_volumes(fine, values, DUTY), bench_numbers(values, CONTENT.to_prony())
     )
     chance = np.random.default_rng(seed)
-    pressures = np.array([np.interp(time, grid, course.branch[:, side], left=0.0) for side in (0, 1)]).T
+    seen_at = time - values["pressure_late_s"]
+    pressures = np.array([np.interp(seen_at, grid, course.branch[:, side], left=0.0) for side in (0, 1)]).T
     bend = np.interp(frames, grid, course.bend, left=0.0)
     return replace(
         empty,

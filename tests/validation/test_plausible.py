@@ -11,6 +11,7 @@ from made_recordings import raw_series
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.loading import prepared
+from tubefoot.validation.pulses import pulse_doubt
 from tubefoot.validation.windows import observe
 
 NOT_KNOWN = {"pulses": ()}
@@ -75,3 +76,9 @@ def test_samples_too_slow_for_the_pulses_are_not_fitted():
     with pytest.raises(ConfigError, match=r"samples are 0\.15 s apart and pulses 0\.\d+ s long"):
         observe(prepared(slow, "slow"))
     assert observe(prepared(replace(slow, pulses=raw.pulses), "listed")).count > 50
+
+
+def test_pulses_are_doubted_where_only_samples_tell_them():
+    raw = raw_series(cycles=1)
+    assert pulse_doubt(prepared(raw, "listed")) == 0.0
+    assert pulse_doubt(prepared(replace(raw, **NOT_KNOWN), "seen")) == pytest.approx(0.05, rel=0.05)

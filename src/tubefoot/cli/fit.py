@@ -117,9 +117,8 @@ def _about_bench(result: FitResult) -> list[str]:
         label = f"{each.name} ({each.recording})" if each.recording else each.name
         found.append(f"  {label:28s} {each.value:9.4g}  95 % {each.low:.4g} to {each.high:.4g}{verdict}")
     right, left, angle = result.fit.off
-    found.append(
-        f"model against recording: {right / KPA:.3f} and {left / KPA:.3f} kPa, {angle / DEG:.3f} deg RMS"
-    )
+    bend = f"{angle / DEG:.3f} deg" if angle == angle else "no angles recorded"
+    found.append(f"model against recording: {right / KPA:.3f} and {left / KPA:.3f} kPa RMS, {bend}")
     if not result.fit.converged:
         found.append("the search did not end by itself: take the values with care")
     if result.fit.doubtful:

@@ -139,7 +139,8 @@ def tell(found: Validated) -> None:
         for name, estimate in one.figures.items():
             print(f"  {name:<28} {estimate.value:9.3f}  ({estimate.low:.3f} to {estimate.high:.3f})")
         for name, value in found.steadiness[one.recording].items():
-            print(f"  {name:<28} {value:9.3f}")
+            unknown = "  unknown: needs a rest at neutral at the end" if "end_" in name else "  unknown"
+            print(f"  {name:<28} {value:9.3f}" if value == value else f"  {name:<28}{unknown}")
         loops = found.loops[one.recording]
         if loops:
             widths = ", ".join(f"{loop.angle_width:.2f}" for loop in loops)

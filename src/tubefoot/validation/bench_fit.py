@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 
 ROUGH, ROUGH_STEPS = 5.0, 6
 """Of the search before the rollers are looked for."""
-LATER = ("bubble", "tube", "relaxation", "fast_loss", "ripple", "lost_time")
+LATER = ("bubble", "tube", "relaxation", "fast_loss", "ripple", "lost_time", "pressure_late")
 """Unknowns that it leaves at their priors' middles."""
 ALIKE = 0.8
 """Correlation from which on two unknowns count as not told apart."""

@@ -107,6 +107,7 @@ UNKNOWNS = (
     _nuisance("lost_time_s", 0.0005, 0.0005, "of each pulse: it runs shorter than the board told", 4.0),
     _nuisance("gain_right", 1.0, 0.01, "of the right pressure sensor"),
     _nuisance("gain_left", 1.0, 0.01, "of the left pressure sensor"),
+    _nuisance("pressure_late_s", 0.001, 0.003, "of the samples against the pulses: sensors, stamps", 4.0),
     _nuisance("angle_gain", 1.0, 0.003, "of the measured angle"),
     _nuisance("angle_zero_deg", 0.0, 0.05, "of the measured angle"),
     _nuisance("zero_right_kpa", 0.0, 0.1, "left of the right sensor's zero after the baseline"),

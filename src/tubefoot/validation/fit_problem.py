@@ -36,7 +36,15 @@ FloatArray = NDArray[np.float64]
 
 OWN = tuple(name for name in NAMES if name.startswith(("bubble", "zero", "angle_zero", "ripple")))
 """Unknowns that each recording has for itself of several fitted together: another finger or filling."""
-MEASURED_ONLY = ("gain_right", "gain_left", "angle_gain", "angle_zero_deg", "zero_right_kpa", "zero_left_kpa")
+MEASURED_ONLY = (
+    "gain_right",
+    "gain_left",
+    "pressure_late_s",
+    "angle_gain",
+    "angle_zero_deg",
+    "zero_right_kpa",
+    "zero_left_kpa",
+)
 """Unknowns that change what is measured, not what happens."""
 STEP = 1e-3
 """Of a difference, over the prior's sigma."""
@@ -120,11 +128,14 @@ class FitProblem:
         x : (p,) inner values; which : number of the recording; course : its course
         """
         values, seen = self.values(x, which), self.observations[which]
-        right = (
-            values["gain_right"] * seen.right.of_model(course.branch[:, 0]) + values["zero_right_kpa"] * KPA
+        late = values["pressure_late_s"]
+        right, left = (
+            values[f"gain_{name}"] * windows.of_model(course.branch[:, side], seen.grid, late)
+            + values[f"zero_{name}_kpa"] * KPA
+            for side, (name, windows) in enumerate((("right", seen.right), ("left", seen.left)))
         )
-        left = values["gain_left"] * seen.left.of_model(course.branch[:, 1]) + values["zero_left_kpa"] * KPA
-        angle = values["angle_gain"] * seen.angle.of_model(course.bend) + values["angle_zero_deg"] * DEG
+        angle = values["angle_gain"] * seen.angle.of_model(course.bend, seen.grid)
+        angle += values["angle_zero_deg"] * DEG
         return right, left, angle
 
     def residuals(self, x: FloatArray, which: int, course: Course | None = None) -> FloatArray:

@@ -33,6 +33,7 @@ from tubefoot.validation.bench_fit import (
 from tubefoot.validation.bench_parameters import NAMES, unknown_named
 from tubefoot.validation.decisive import decisive_rows
 from tubefoot.validation.fit_problem import OWN, FitProblem
+from tubefoot.validation.pulses import SMALL_DOUBT, pulse_doubt
 from tubefoot.validation.recording import BenchRecord
 from tubefoot.validation.sensitivity import sobol_rows
 from tubefoot.validation.windows import observe
@@ -116,6 +117,12 @@ def fit_recordings(
     """
     finger, relaxation = model.to_finger(), model.to_prony()
     observations = [observe(record) for record in records]
+    for record in records:
+        if (doubt := pulse_doubt(record)) > SMALL_DOUBT:
+            say(
+                f"{record.name}: only its samples tell the length of a pulse, to {100 * doubt:.0f} %, and so "
+                "what was pumped: the fit may stay far off; log the drive faster"
+            )
     tilt = settings.tilt_deg * DEG
     problem = FitProblem(finger, relaxation, observations, tilt=tilt)
     say(f"{sum(each.count for each in observations)} windows, {len(problem.columns)} unknowns")

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from tubefoot.validation.recording import BoolArray, FloatArray, RecordedPulse
+from tubefoot.errors import ConfigError
+from tubefoot.validation.recording import BenchRecord, BoolArray, FloatArray, RecordedPulse
 
 GRID_S = 0.02
 """Step of the even grid on which rates are taken [s]."""
@@ -23,6 +24,8 @@ LEAST_PULSE_S, LEAST_PAUSE_S = 0.04, 0.1
 RUNNING = 1e-9
 LONGEST_GAP_S, GAP_OF_SAMPLES = 0.5, 10.0
 """Samples further apart than this, and than so many usual intervals, may hide a pulse [s]."""
+MOST_DOUBT, SMALL_DOUBT = 0.5, 0.1
+"""Of `pulse_doubt`: no fit above the one, a word above the other."""
 
 
 def found_pulses(
@@ -64,6 +67,44 @@ def blind_stretches(time: FloatArray) -> tuple[tuple[float, float], ...]:
     apart = np.diff(time)
     gaps = np.flatnonzero(apart > max(LONGEST_GAP_S, GAP_OF_SAMPLES * float(np.median(apart))))
     return tuple((float(time[at]), float(time[at + 1])) for at in gaps)
+
+
+def demand_known_pulses(record: BenchRecord, last: float) -> None:
+    """Refuse a recording that does not tell what was pumped: pulses unseen, or too short for its samples.
+
+    record : of the bench, with pulses; last : what comes later does not matter [s]
+
+    Raises ConfigError naming where, or how fast to record.
+    """
+    for begin, end in record.blind:
+        if record.pulses[0].start < end and begin < min(last, record.pulses[-1].end):
+            raise ConfigError(
+                f"{record.name}: no samples from {begin:.1f} to {end:.1f} s, and nothing else says whether "
+                "the pump ran meanwhile; fit the parts before and after as recordings of their own"
+            )
+    if pulse_doubt(record) > MOST_DOUBT:
+        interval, length = _interval_and_length(record)
+        raise ConfigError(
+            f"{record.name}: samples are {interval:.3g} s apart and pulses {length:.3g} s long, so nobody "
+            f"knows how much was pumped; record every {MOST_DOUBT * length:.2g} s, or pump longer"
+        )
+
+
+def pulse_doubt(record: BenchRecord) -> float:
+    """Interval of the samples over the length of a pulse where only they tell it; 0 where pulses are listed.
+
+    record : of the bench, with pulses
+    """
+    if np.isfinite([pulse.volume for pulse in record.pulses]).any():
+        return 0.0
+    interval, length = _interval_and_length(record)
+    return interval / length
+
+
+def _interval_and_length(record: BenchRecord) -> tuple[float, float]:
+    """Medians between samples and of the pulses [s]."""
+    lengths = [pulse.end - pulse.start for pulse in record.pulses]
+    return float(np.median(np.diff(record.time))), float(np.median(lengths))
 
 
 def pressure_rate(time: FloatArray, pressures: FloatArray, wild: BoolArray) -> tuple[FloatArray, FloatArray]:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.recording import BenchRecord, RecordedPulse
+from tubefoot.validation.pulses import demand_known_pulses
+from tubefoot.validation.recording import BenchRecord
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -33,8 +34,6 @@ PRESSURE_FLOOR = 0.08 * KPA
 """The same at rest: a count of the converter is 0.24 kPa [MPa]."""
 ANGLE_FLOOR = 0.05 * DEG
 LEAST_SAMPLES = 3
-LONGEST_INTERVAL = 0.5
-"""Between samples, share of a pulse that is only known by them."""
 
 
 @dataclass(frozen=True)
@@ -60,13 +59,15 @@ class Windows:
         """
         return np.asarray(seen.grid[self.steps[:, 0]] >= seen.ends[self.pulse] - 1e-9)
 
-    def of_model(self, course: FloatArray) -> FloatArray:
+    def of_model(self, course: FloatArray, grid: FloatArray, late: float = 0.0) -> FloatArray:
         """Means of a modelled quantity, (w,).
 
-        course : (n + 1,) on the time grid
+        course : (n + 1,) on the time grid; grid : (n + 1,) its times [s]
+        late : by how much it is seen later than it happens [s]; small against the windows
         """
-        at = course[self.steps]
-        return np.asarray((at[:, 0] + 4.0 * at[:, 1] + at[:, 2]) / 6.0)
+        at, times = course[self.steps], grid[self.steps]
+        means = (at[:, 0] + 4.0 * at[:, 1] + at[:, 2]) / 6.0
+        return np.asarray(means - late * (at[:, 2] - at[:, 0]) / (times[:, 2] - times[:, 0]))
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,7 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
     pulses = [pulse for pulse in record.pulses if pulse.end < last]
     if not pulses:
         raise ConfigError(f"{record.name}: no pulse ends before the recording does; record until it rests")
-    _demand_known_pulses(record, pulses)
+    demand_known_pulses(record, last)
     spans, times = _spans([(pulse.start, pulse.end) for pulse in pulses], last)
     grid = np.unique(np.round(times, 6))
     resting = [span for span in spans if not span[3]]
@@ -156,27 +157,6 @@ def observe(record: BenchRecord, until: float | None = None) -> Observation:
         sides[1],
         angle,
     )
-
-
-def _demand_known_pulses(record: BenchRecord, pulses: Sequence[RecordedPulse]) -> None:
-    """Refuse a recording that does not tell what was pumped: pulses unseen, or too short for its samples."""
-    missed = [
-        stretch for stretch in record.blind if pulses[0].start < stretch[1] and stretch[0] < pulses[-1].end
-    ]
-    if missed:
-        begin, end = missed[0]
-        raise ConfigError(
-            f"{record.name}: no samples from {begin:.1f} to {end:.1f} s, and nothing else says whether the "
-            "pump ran meanwhile; fit the parts before and after as recordings of their own"
-        )
-    interval = float(np.median(np.diff(record.time)))
-    length = float(np.median([pulse.end - pulse.start for pulse in pulses]))
-    listed = np.isfinite([pulse.volume for pulse in pulses]).any()
-    if not listed and interval > LONGEST_INTERVAL * length:
-        raise ConfigError(
-            f"{record.name}: samples are {interval:.3g} s apart and pulses {length:.3g} s long, so nobody "
-            f"knows how much was pumped; record every {LONGEST_INTERVAL * length:.2g} s, or pump longer"
-        )
 
 
 def _spans(
