@@ -73,7 +73,8 @@ def axe_source() -> str:
 def serious_findings(page: Any) -> list[str]:
     """What axe-core finds serious or critical on a page: rule, how many places, and the first of them."""
     page.evaluate(axe_source())
-    violations = page.evaluate("axe.run(document).then(found => found.violations)")
+    # Without `preload`, which asks for style sheets once more: of a page on disk the browser refuses them.
+    violations = page.evaluate("axe.run(document, {preload: false}).then(found => found.violations)")
     return [
         f"{found['id']} ({found['impact']}) in {len(found['nodes'])} places, the first: "
         f"{found['nodes'][0]['html'][:200]} {found['nodes'][0].get('failureSummary', '')}"
