@@ -130,7 +130,7 @@ def tell(found: Validated) -> None:
         )
         print(
             f"{record.name}: latency of the angles {text}{', taken off' if late.applied else ''}; "
-            f"flagged {int(record.pressure_outlier.sum())} samples, {int(record.angle_outlier.sum())} angles"
+            f"flagged {record.odd_samples} samples, {int(record.angle_outlier.sum())} angles"
         )
     for one in found.comparisons:
         print(f"{one.recording} against {one.run}: {one.states} states of {one.strokes} strokes")

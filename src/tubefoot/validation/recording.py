@@ -109,6 +109,11 @@ class BenchRecord:
         return float(self.time[-1])
 
     @property
+    def odd_samples(self) -> int:
+        """How many samples are flagged though both pressures are there."""
+        return int((self.pressure_outlier & np.isfinite(self.pressures).all(axis=1)).sum())
+
+    @property
     def has_angles(self) -> bool:
         """Whether any angle was seen."""
         return bool(np.isfinite(self.angle).any())

@@ -123,7 +123,7 @@ def _about(record: BenchRecord) -> dict[str, Any]:
         "samples": len(record.time),
         "angles": len(record.angle),
         "pulses": len(record.pulses),
-        "flagged_samples": int(record.pressure_outlier.sum()),
+        "flagged_samples": record.odd_samples,
         "flagged_angles": int(record.angle_outlier.sum()),
         "rest_right_kpa": rest.pressures[0] / KPA,
         "rest_left_kpa": rest.pressures[1] / KPA,
