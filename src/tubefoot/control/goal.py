@@ -51,16 +51,9 @@ class StepGoal:
         """Give the hold up."""
         self._since = None
 
-    def since(self, seen: Measurement) -> float:
-        """How long the hold has lasted [s].
-
-        seen : at a frame
-        """
-        return 0.0 if self._since is None else seen.seen_at - self._since
-
     def held(self, seen: Measurement) -> bool:
         """Whether the pump has stood for the whole hold.
 
         seen : at a frame
         """
-        return self._since is not None and self.since(seen) >= self.hold_s - 1e-6
+        return self._since is not None and seen.seen_at - self._since >= self.hold_s - 1e-6
