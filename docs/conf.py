@@ -12,7 +12,7 @@ author = "The Tubefoot authors"
 project_copyright = "The Tubefoot authors"
 version = release = __version__
 extensions = ["myst_parser", "sphinx.ext.autodoc"]
-extensions += ["_house.api", "_house.captions", "_house.docstrings", "_house.targets"]
+extensions += ["_house.api", "_house.readable", "_house.docstrings", "_house.targets"]
 exclude_patterns = ["_house", "README.md"]
 
 myst_enable_extensions = ["smartquotes"]
