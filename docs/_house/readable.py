@@ -1,7 +1,7 @@
 """HTML that keyboards and screen readers can follow, where Sphinx's own leaves something out.
 
-Captions of tables of contents tell their level as headings, wide tables can be scrolled by keys, and parameters
-of a signature, one a line, do not pretend to be definitions.
+Captions of tables of contents tell their level as headings, wide tables can be scrolled by keys, and the
+parameters of a signature, one a line, do not pretend to be definitions.
 """
 
 from __future__ import annotations
