@@ -1,7 +1,7 @@
 """HTML that keyboards and screen readers can follow, where Sphinx's own leaves something out.
 
-Captions of tables of contents tell their level as headings, wide tables can be scrolled by keys, and the
-parameters of a signature, one a line, do not pretend to be definitions.
+Captions of tables of contents tell their level as headings, wide tables and long lines of code can be
+scrolled by keys, and the parameters of a signature, one a line, do not pretend to be definitions.
 """
 
 from __future__ import annotations
@@ -33,6 +33,14 @@ class Translator(HTML5Translator):
         if tagname in ("dl", "dd") and isinstance(node, SIGNATURE):
             attributes["ROLE"] = "none"
         return str(super().starttag(node, tagname, *more, **attributes))
+
+    def visit_literal_block(self, node: nodes.literal_block) -> None:
+        """A block of code; node : as Sphinx gives it."""
+        begin = len(self.body)
+        try:
+            super().visit_literal_block(node)
+        finally:  # it ends by raising SkipNode
+            self.body[begin:] = [part.replace("<pre>", '<pre tabindex="0">') for part in self.body[begin:]]
 
 
 def setup(app: Any) -> dict[str, bool]:
