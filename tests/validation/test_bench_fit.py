@@ -8,7 +8,7 @@ from tests.validation.lean_records import CONTENT, cyclic_pulses, known_values, 
 
 from tubefoot.errors import ConfigError
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.bench_fit import BenchFit, fit_bench, identified_combinations, profile
+from tubefoot.validation.bench_fit import GOALS, BenchFit, fit_bench, identified_combinations, profile
 from tubefoot.validation.bench_parameters import MAIN, NAMES
 from tubefoot.validation.fit_problem import FitProblem
 from tubefoot.validation.fit_stage import predict
@@ -67,6 +67,16 @@ def test_air_and_bubble_of_a_side_are_said_to_be_mixed(whole):
     worst = identified_combinations(fit, problem)[-1]
     best = identified_combinations(fit, problem)[0]
     assert worst["ratio"] > 0.5 > 0.05 > best["ratio"]
+
+
+def test_identified_means_that_the_whole_interval_is_within_the_goal(whole):
+    _, _, fit = whole
+    narrow = [each for each in fit.estimates if each.name in MAIN and each.low > 0.0]
+    within = {each.name: np.log(each.high / each.low) / 2 <= GOALS.get(each.name, 0.2) for each in narrow}
+    assert {each.name: each.identified for each in narrow} == within
+    assert set(within.values()) == {True, False}
+    # One standard deviation alone would be within it.
+    assert any(not each.identified and each.relative_sigma < GOALS.get(each.name, 0.2) for each in narrow)
 
 
 @pytest.mark.parametrize(("duty", "length"), [(0.35, 0.2), (0.5, 0.11)])

@@ -32,8 +32,10 @@ LATER = ("bubble", "tube", "relaxation", "fast_loss", "ripple", "lost_time", "pr
 ALIKE = 0.8
 """Correlation from which on two unknowns count as not told apart."""
 GOALS = {"scale": 0.05, "seam": 0.20, "air_right_ml": 0.15, "air_left_ml": 0.15}
-"""Relative standard deviation below which an unknown counts as identified; 0.2 for the others."""
+"""Half of the 95 % interval over the value up to which an unknown is identified; 0.2 for the others."""
 OTHER_GOAL = 0.20
+SIGMAS_95 = 1.96
+"""Half of a 95 % interval in standard deviations."""
 FAR_MPA = 0.15 * KPA
 """Root mean square difference of a first pass above which its rollers may be wrong."""
 DOUBTFUL_MPA, DOUBTFUL_RAD = 0.5 * KPA, 0.3 * DEG
@@ -48,7 +50,7 @@ class Estimate:
     value : in its unit; low, high : 95 % interval, within the physical bounds
     relative_sigma : standard deviation over the value
     learnt : share of the prior's variance that the data took away
-    identified : whether the relative standard deviation is under its goal
+    identified : whether the 95 % interval is within the goal about the value, not one standard deviation only
     mixed_with : unknowns that the data do not tell from it, with the correlation
     """
 
@@ -198,7 +200,7 @@ def _estimates(problem: FitProblem, x: FloatArray, covariance: FloatArray) -> tu
     found = []
     for k, (unknown, owner) in enumerate(problem.columns):
         value = unknown.outer(float(x[k]))
-        ends = [unknown.outer(float(x[k] + side * 1.96 * sigma[k])) for side in (-1, 1)]
+        ends = [unknown.outer(float(x[k] + side * SIGMAS_95 * sigma[k])) for side in (-1, 1)]
         low, high = max(ends[0], unknown.low), min(ends[1], unknown.high)
         relative = sigma[k] if unknown.kind == "log" else sigma[k] / max(abs(value), 1e-9)
         mixed = {
@@ -218,7 +220,7 @@ def _estimates(problem: FitProblem, x: FloatArray, covariance: FloatArray) -> tu
                 high,
                 float(relative),
                 learnt,
-                bool(relative <= goal),
+                bool(SIGMAS_95 * relative <= goal),
                 mixed,
             )
         )
