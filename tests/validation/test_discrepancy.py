@@ -50,13 +50,13 @@ def test_errors_that_last_widen_an_interval_more_than_as_many_independent_ones()
 def test_intervals_with_the_found_sizes_cover():
     """A level under a random walk: with noise alone as its error the interval holds no truth.
 
-    What the sizes themselves are uncertain by is not counted: of 60 intervals 90 % hold it, not 95 %.
+    What the sizes themselves are uncertain by is not counted: of 96 intervals 92 % hold it, not 95 %.
     """
     true = USUAL | {"volume": 1.0}
     slope = np.sin(np.arange(180) / 7.0)
     noise_alone = dict.fromkeys(USUAL, 1e-9)
     inside, bare = [], []
-    for seed in range(24):
+    for seed in range(60):
         residuals = made(true, slope, 100 + seed)
         found = found_sizes([residuals], np.array([5.0]), np.zeros(1))
         for sizes, hits in ((found, inside), (noise_alone, bare)):
@@ -64,5 +64,5 @@ def test_intervals_with_the_found_sizes_cover():
             slopes = residuals.slopes[:, 0]
             value = -(slopes @ inverse @ residuals.off) / (slopes @ inverse @ slopes)
             hits.append(abs(value) < 1.96 * sigma_of(residuals, sizes))
-    assert np.mean(inside) >= 0.78  # of 24: two standard errors below 90 %
+    assert np.mean(inside) >= 0.85  # of 60: two standard errors below 92 %
     assert np.mean(bare) < 0.2
