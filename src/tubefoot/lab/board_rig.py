@@ -8,18 +8,18 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import NoReturn
 
-from tubefoot.errors import ConfigError, LinkError, SafetyStop
+from tubefoot.errors import LinkError, SafetyStop
 from tubefoot.lab import messages
 from tubefoot.lab.board_time import BoardTime
 from tubefoot.lab.codec import Frame
 from tubefoot.lab.link import Link, Sent
 from tubefoot.lab.messages import EndReason, Fault, Status
 from tubefoot.lab.port import Port
-from tubefoot.lab.pump import pumped_volume
+from tubefoot.lab.pump import plan_pulse, pumped_volume
 from tubefoot.lab.recorder import Recorder
 from tubefoot.lab.rig import EndedPulse, Neutral, Reading, RigLimits, SentPulse, fault_advice, fault_names
 from tubefoot.lab.sensing import counts_at, gauge_pressure, supply_voltage
-from tubefoot.lab.settings import BRANCHES, PumpSettings, RigSettings
+from tubefoot.lab.settings import BRANCHES, RigSettings
 from tubefoot.units import ML
 
 PING_INTERVAL_S = 0.1
@@ -343,29 +343,3 @@ class BoardRig:
 
     def _aged(self, reading: Reading) -> Reading:
         return replace(reading, age=self.clock.now() - reading.time)
-
-
-def plan_pulse(
-    limits: RigLimits, pump: PumpSettings, direction: int, duty: float, duration: float
-) -> SentPulse:
-    """A pulse cut to the limits and put on the board's grid, its time still 0.
-
-    limits : of the rig
-    pump : the calibrated pump
-    direction : 1 forward, -1 reverse
-    duty : above 0, to 1
-    duration : at least 0.001 [s]
-
-    Raises ConfigError when the pulse is none at all.
-    """
-    if direction not in (1, -1) or not 0 < duty <= 1 or not 0.001 <= duration < float("inf"):
-        raise ConfigError(
-            f"pulse of direction {direction}, duty {duty:g}, {duration:g} s: direction is 1 or -1, "
-            "duty above 0 and at most 1, duration at least 0.001 s"
-        )
-    most = max(1, int(limits.duty * 255 + 1e-9))
-    counts = min(most, max(1, round(duty * 255)))
-    milliseconds = round(min(duration, limits.pulse_duration) * 1e3)
-    clipped = duty > limits.duty or duration > limits.pulse_duration
-    volume, sigma = pumped_volume(pump, direction, counts / 255, milliseconds * 1e-3)
-    return SentPulse(0.0, direction, counts / 255, milliseconds * 1e-3, volume, sigma, clipped)

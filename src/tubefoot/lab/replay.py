@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from tubefoot.errors import LinkError
-from tubefoot.lab.board_rig import plan_pulse
 from tubefoot.lab.clock import ManualClock
 from tubefoot.lab.messages import EndReason, Fault
+from tubefoot.lab.pump import plan_pulse
 from tubefoot.lab.recording import Recording
 from tubefoot.lab.rig import EndedPulse, Neutral, Reading, RigLimits, SentPulse
 from tubefoot.lab.settings import BRANCHES
