@@ -100,6 +100,23 @@ def test_derivatives_are_exact_where_a_contact_seen_edge_on_fades(kind, degrees)
     assert np.abs(np.cross(positions, forces).sum(axis=0)).max() < 1e-10 * np.abs(forces).sum()
 
 
+def test_elements_that_no_contact_needs_any_more_are_dropped():
+    mesh = facing("quad9", 1.0)
+    upper = mesh.points[:, 2] > 0.5
+
+    def looked(contact, *shifts):
+        for shift in shifts:
+            displacement = np.zeros(mesh.points.shape)
+            displacement[upper] = [*shift, -0.95]
+            contact.look(State(displacement.ravel(), np.zeros(0), 0.0))
+        return contact.pattern
+
+    there, back = (0.0, 2.0), (2.0, 0.0)
+    straight = looked(SelfContact(mesh, ["walls"]), back)
+    assert len(looked(SelfContact(mesh, ["walls"]), there)) > 0
+    assert looked(SelfContact(mesh, ["walls"]), there, back) == pytest.approx(straight)
+
+
 def test_forces_and_moments_of_both_sides_cancel(pressed):
     mesh, contact, unknowns = pressed
     _, sink = evaluate(contact, unknowns)

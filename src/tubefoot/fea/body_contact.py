@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tubefoot.fea.barrier import Barrier
-from tubefoot.fea.contacts import Contacts, bounding_spheres
+from tubefoot.fea.contacts import UNFADED, Contacts, bounding_spheres
 from tubefoot.fea.elements import element_kind, gauss_line
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import Mesh
@@ -36,7 +36,7 @@ REMEMBERED = 12
 class BodyContact(Contacts):
     """Contact of a finger's walls with an object's skin; as an item it adds the barrier's energy."""
 
-    _fade = (-3.0, -2.0)
+    _fade = UNFADED
 
     def __init__(
         self,

@@ -21,6 +21,9 @@ from tubefoot.fea.proximity import facet_powers
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+UNFADED = (-3.0, -2.0)
+"""Below every cosine: a contact weighs all at any angle."""
+
 
 @dataclass(frozen=True)
 class Elements:
@@ -55,7 +58,7 @@ class Contacts:
 
     areas: FloatArray
     _fade: tuple[float, float]
-    """Cosines between the walls at which a contact weighs nothing and all; see `barrier`."""
+    """Cosines between the walls at which a contact weighs nothing and all; see `fading.faded`."""
     _shapes: FloatArray
     """(n, 3, n_nodes) shape functions at the samples and the slopes by which the wall's direction turns."""
 
