@@ -5,8 +5,9 @@ them; beside each least time stands half the time of the paper's controller ther
 controller's own (`control/bench_model.py`) with the numbers of the drawn bench: nothing to learn, no latency,
 no scatter, and a pump that follows any flow up to its full one but for its lag. Flows of tenths of a second
 are free until the hold; in it the pump stands. Asked for is the least mean error in the hold, with overshoot,
-band and pressures bounded. About a path all of these are linear in the flows, so what the programme does not
-find does not exist; the path is found by repeating it, and what it promises is checked with the model.
+band and pressures bounded. About a path all of these are linear in the flows, so near it what the programme
+does not find does not exist; the path is found by repeating it, and what it promises is checked with the
+model. That no path far from it would be sooner is not proved.
 """
 
 from __future__ import annotations
@@ -162,7 +163,9 @@ def known(seed: int, model: BenchModel) -> tuple[FloatArray, FloatArray]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--every", type=int, default=10, help="take every so manieth bench of the verdict")
+    parser.add_argument(
+        "--every", type=int, default=10, help="1: all benches, 10: every tenth"
+    )
     reference = reference_file()
     model = BenchModel(reference.to_finger(), reference.to_prony())
     times = {(row["seed"], row["controller"], row["part"]): row["bench_time_s"] for row in read_table(TABLE)}
