@@ -163,9 +163,7 @@ def known(seed: int, model: BenchModel) -> tuple[FloatArray, FloatArray]:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument(
-        "--every", type=int, default=10, help="1: all benches, 10: every tenth"
-    )
+    parser.add_argument("--every", type=int, default=10, help="1: all benches, 10: every tenth")
     reference = reference_file()
     model = BenchModel(reference.to_finger(), reference.to_prony())
     times = {(row["seed"], row["controller"], row["part"]): row["bench_time_s"] for row in read_table(TABLE)}
