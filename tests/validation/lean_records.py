@@ -6,7 +6,7 @@ import numpy as np
 
 from tubefoot.reduced.files import reference_file
 from tubefoot.units import DEG, KPA
-from tubefoot.validation.bench_parameters import UNKNOWNS, bench_numbers, pumped_volumes
+from tubefoot.validation.bench_parameters import SAME_TIME_S, UNKNOWNS, bench_numbers, pumped_volumes
 from tubefoot.validation.lean_bench import LeanBench
 from tubefoot.validation.recording import NO_LATENCY, BenchRecord, RecordedPulse, Rest
 from tubefoot.validation.windows import observe
@@ -33,8 +33,13 @@ def cyclic_pulses(count=9, length=0.12, pause=0.9, hold=8.0, rest=2.0):
     return tuple(pulses), now
 
 
-def made_record(values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=0.01 * DEG, pulses=None):
-    """What a bench of these values would record: 100 samples and 30 angles a second."""
+def made_record(
+    values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=0.01 * DEG, pulses=None, slip_ul=0.0
+):
+    """What a bench of these values would record: 100 samples and 30 angles a second.
+
+    Each pulse brings more or less than it should by a chance of `slip_ul`, one standard deviation.
+    """
     runs, last = pulses or cyclic_pulses()
     time, frames = np.arange(0.0, last, 0.01), np.arange(0.0, last, 1 / 30)
     empty = BenchRecord(
@@ -53,13 +58,12 @@ def made_record(values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=
         NO_LATENCY,
     )
     seen = observe(empty)
-    grid = np.unique(np.concatenate([seen.grid, np.arange(seen.grid[0], last, 0.05)]))
+    grid = np.unique(np.round(np.concatenate([seen.grid, np.arange(seen.grid[0], last, 0.01)]), 6))
     fine = replace(seen, grid=grid)
     bench = LeanBench(CONTENT.to_finger().with_units(units))
-    course = bench.simulate(
-        np.diff(grid), pumped_volumes(fine, values, DUTY), bench_numbers(values, CONTENT.to_prony())
-    )
     chance = np.random.default_rng(seed)
+    pumped = slipped(fine, pumped_volumes(fine, values, DUTY), slip_ul, chance)
+    course = bench.simulate(np.diff(grid), pumped, bench_numbers(values, CONTENT.to_prony()))
     seen_at = time - values["pressure_late_s"]
     pressures = np.array([np.interp(seen_at, grid, course.branch[:, side], left=0.0) for side in (0, 1)]).T
     bend = np.interp(frames, grid, course.bend, left=0.0)
@@ -68,3 +72,12 @@ def made_record(values, units=3, seed=0, pressure_noise=0.05 * KPA, angle_noise=
         pressures=pressures + pressure_noise * chance.standard_normal(pressures.shape),
         angle=bend + angle_noise * chance.standard_normal(len(bend)),
     )
+
+
+def slipped(seen, pumped, slip_ul, chance):
+    """Volumes of the steps with the chance of each pulse: as much more of each of its steps."""
+    if not slip_ul:
+        return pumped
+    pulse = np.searchsorted(seen.starts - SAME_TIME_S, seen.grid[:-1], side="right") - 1
+    whole = np.bincount(pulse, np.abs(pumped))
+    return pumped * (1.0 + slip_ul * chance.standard_normal(len(whole)) / whole)[pulse]

@@ -19,12 +19,11 @@ from tubefoot.validation.windows import observe
 FREE = ("scale", "seam", "air_right_ml", "flow_forward_ml_per_s", "flow_reverse_ml_per_s")
 
 
-def problem_of(values, free=FREE, seed=0, **fixed):
-    """A fit of a few unknowns, the others known."""
-    known = {name: values[name] for name in NAMES if name not in free} | fixed
-    return FitProblem(
-        CONTENT.to_finger(), CONTENT.to_prony(), [observe(made_record(values, seed=seed))], known
-    )
+def problem_of(values, free=FREE, **made):
+    """A fit of a few unknowns, the others known, to a recording made so."""
+    known = {name: values[name] for name in NAMES if name not in free}
+    seen = observe(made_record(values, **made))
+    return FitProblem(CONTENT.to_finger(), CONTENT.to_prony(), [seen], known)
 
 
 @pytest.fixture(scope="module")
@@ -94,12 +93,25 @@ def test_a_held_out_run_is_predicted(whole, duty, length):
 
 @pytest.mark.slow
 def test_few_unknowns_come_back_within_their_intervals():
+    """With the camera's scatter and the chance of a pulse's volume that fits find on virtual benches."""
     values = known_values()
     inside = []
-    for seed in range(5):
-        fit = fit_bench(problem_of(values, seed=seed))
-        inside += [fit.of(name).low <= values[name] <= fit.of(name).high for name in FREE]
-    assert np.mean(inside) >= 0.85  # 25 intervals of 95 %, correlated within a fit
+    for seed in range(20):
+        fit = fit_bench(problem_of(values, seed=seed, slip_ul=0.12, angle_noise=0.02 * DEG))
+        inside.append([fit.of(name).low <= values[name] <= fit.of(name).high for name in FREE])
+    assert np.mean(inside) >= 0.85  # 100 intervals of 95 %, correlated within a fit
+    assert np.min(np.mean(inside, axis=0)) >= 0.7
+
+
+def test_a_window_is_modelled_at_the_mean_time_of_its_samples():
+    """Samples at a window's beginning count, those at its end do not: a mean is half an interval early."""
+    record = made_record(known_values())
+    ramps = np.array([record.time, -0.5 * record.time]).T
+    seen = observe(replace(record, pressures=ramps, angle=0.1 * record.angle_time))
+    for windows, rate in zip(seen.quantities, (1.0, -0.5, 0.1), strict=True):
+        assert windows.of_model(rate * seen.grid, seen.grid) == pytest.approx(windows.values, abs=1e-9)
+        late = windows.of_model(rate * seen.grid, seen.grid, 0.004)
+        assert late == pytest.approx(windows.values - 0.004 * rate, abs=1e-9)
 
 
 def test_samples_that_come_late_are_found_and_move_no_flow():

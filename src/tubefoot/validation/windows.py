@@ -44,6 +44,7 @@ class Windows:
     values, sigma : (w,) means and their standard uncertainties, with a guess of the lean model's own
     noise : (w,) of the means alone, by the sensor's scatter
     pulse : (w,) number of the pulse before
+    early : (w,) by how much the samples' mean time is before the window's middle [s]: up to half an interval
     """
 
     steps: IntArray
@@ -51,6 +52,7 @@ class Windows:
     sigma: FloatArray
     noise: FloatArray
     pulse: IntArray
+    early: FloatArray
 
     def resting(self, seen: Observation) -> NDArray[np.bool_]:
         """Which windows lie in pauses, (w,).
@@ -67,7 +69,8 @@ class Windows:
         """
         at, times = course[self.steps], grid[self.steps]
         means = (at[:, 0] + 4.0 * at[:, 1] + at[:, 2]) / 6.0
-        return np.asarray(means - late * (at[:, 2] - at[:, 0]) / (times[:, 2] - times[:, 0]))
+        rates = (at[:, 2] - at[:, 0]) / (times[:, 2] - times[:, 0])
+        return np.asarray(means - (late + self.early) * rates)
 
 
 @dataclass(frozen=True)
@@ -203,13 +206,15 @@ def _windows(
         steps = [int(np.argmin(np.abs(grid - at))) for at in (begin, 0.5 * (begin + end), end)]
         noise = scatter / np.sqrt(beyond - first)
         error = np.hypot(noise, RUNNING_FLOOR if running else floor)
-        rows.append((steps, float(values[first:beyond].mean()), error, noise, pulse))
+        early = 0.5 * (begin + end) - float(time[first:beyond].mean())
+        rows.append((steps, float(values[first:beyond].mean()), error, noise, pulse, early))
     return Windows(
         np.array([row[0] for row in rows], dtype=np.int64).reshape(-1, 3),
         np.array([row[1] for row in rows]),
         np.array([row[2] for row in rows]),
         np.array([row[3] for row in rows]),
         np.array([row[4] for row in rows], dtype=np.int64),
+        np.array([row[5] for row in rows]),
     )
 
 
