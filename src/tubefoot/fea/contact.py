@@ -87,7 +87,8 @@ class SelfContact(Contacts):
         if keep:
             acted = self.gaps < self.barrier.reach
             stays = self._staying(state)
-            new = self._unmet(sample, facet, stays)
+            # Walls come into contact from outside: one that appears deep behind is seen around a corner.
+            new = self._unmet(sample, facet, stays) & (gap > -self.barrier.reach)
             acting = acted | (self.gaps < self.barrier.reach)
             if stays[acting].all() and not (gap[new] < self.barrier.reach).any():
                 # Those that do not act may get lost beyond the horizon of their facet.

@@ -53,7 +53,7 @@ class Elements:
 class Contacts:
     """The contacts of sampled walls; as an item they add the barrier's energy.
 
-    areas : of each sample [mm^2]; gaps : of each contact [mm]
+    areas : of each sample [mm^2]; gaps : of each contact [mm]; convex : see `Pairing`
     """
 
     areas: FloatArray
@@ -71,7 +71,7 @@ class Contacts:
         kind : of the facets; at : (n, 2) reference coordinates of the samples of a facet
         barrier : how samples and facets repel each other
         """
-        self.barrier, self.nodes = barrier, np.ascontiguousarray(nodes)
+        self.barrier, self.nodes, self.convex = barrier, np.ascontiguousarray(nodes), False
         self._rest = mesh.points
         self._powers, self._coefficients = facet_powers(kind)
         self._shape = np.ascontiguousarray(kind.shape(at))
@@ -122,7 +122,10 @@ class Contacts:
         found.energy += energy
         found.min_gap = min(found.min_gap, deepest)
         found.magnitude = max(found.magnitude, float(np.abs(self._elements.residuals).max(initial=0.0)))
-        sink.add(self, 0, self._elements.matrices, self._elements.residuals)
+        matrices = self._elements.matrices
+        if self.convex and sink.stiff:
+            matrices = without_negative(matrices)
+        sink.add(self, 0, matrices, self._elements.residuals)
 
     def recover(self, step: FloatArray) -> None:
         """Nothing was eliminated.
@@ -155,6 +158,18 @@ class Contacts:
 
     def _sampled(self, positions: FloatArray) -> FloatArray:
         return np.einsum("qa,fai->fqi", self._shape, positions[self._sampled_nodes]).reshape(-1, 3)
+
+
+def without_negative(matrices: FloatArray) -> FloatArray:
+    """The nearest matrices that have no negative eigenvalue.
+
+    matrices : (n, m, m) symmetric
+    """
+    acting = np.flatnonzero(np.abs(matrices).max(axis=(1, 2)) > 0.0)
+    nearest = np.zeros_like(matrices)
+    values, vectors = np.linalg.eigh(matrices[acting])
+    nearest[acting] = (vectors * np.maximum(values, 0.0)[:, None]) @ vectors.swapaxes(1, 2)
+    return nearest
 
 
 def bounding_spheres(corners: FloatArray) -> FloatArray:

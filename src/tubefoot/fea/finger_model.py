@@ -46,10 +46,11 @@ GOALS = (
 
 HANDS = ("right", "left")
 
-SLIT = 0.1
+SLIT = 0.2
 """Mean distance of a chamber's walls at which it has collapsed [mm]: 2 V / A, A their area at rest.
 
-Two walls in contact stand up to the barrier's reach apart, by default the same: less volume is the barrier's.
+Walls in contact stand up to the barrier's reach apart, by default half of that, and folds do not close in
+their corners: less volume is squeezed out of the barrier.
 """
 
 TIMES = ("ramp_s", "hold_s", "hold", "recover_s")

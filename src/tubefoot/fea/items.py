@@ -85,7 +85,12 @@ class Item(Protocol):
 
 @runtime_checkable
 class Pairing(Item, Protocol):
-    """An item whose elements depend on the state: which walls are opposite each other."""
+    """An item whose elements depend on the state: which walls are opposite each other.
+
+    convex : whether its matrices count without their negative eigenvalues, for a structure far from rest
+    """
+
+    convex: bool
 
     def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
         """Choose the elements anew: whether any that matters changed, and whether the pattern grew.

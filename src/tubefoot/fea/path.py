@@ -113,13 +113,15 @@ class _Walk:
         # States since the last snap: no polynomial goes across one.
         self.smooth = list(path.steps)
         self._settler: Settler | None = None
-        self._started, self._fold_at, self._falls = 0.0, 0.0, 0
+        self._started, self._fold_at, self._falls, self._falling = 0.0, 0.0, 0, False
 
     def advance(self) -> None:
         """Add the next state, or shorten the step."""
         self._started = time.perf_counter()
         target, landing = next_target(self.model, self.smooth, self.stride.value, self.limits)
         control = Control("parameter", target) if landing is None else landing.control
+        if self._falling and self._fall_to_rest(control):
+            return
         try:
             guess = predict(self.smooth, target)
             step = self.model.solve(guess, control, blend(self.smooth, target), self.smooth[-1].state)
@@ -130,7 +132,7 @@ class _Walk:
                 step = self.model.solve(predict(known, at), landing.control, blend(known, at), step.state)
         except StepFailed as failure:
             self.path.failures.append(f"step to {target:.6g} failed: {failure}")
-            if self._falls < FALLS and self._fall_to_rest(control):
+            if not self._falling and self._fall_to_rest(control):
                 return
             if not self.stride.shorten():
                 self._find_way_on(failure)
@@ -138,6 +140,7 @@ class _Walk:
         if self._lost_balance(step):
             self._leave(step)
             return
+        self._falling = False
         self._accept(step, landing)
         if step.iterations <= EASY:
             self.stride.lengthen(step)
@@ -211,6 +214,8 @@ class _Walk:
 
         Where it goes far away it jumped. That is recorded, once the step in which it does so is a short one.
         """
+        if self._falls >= FALLS:
+            return False
         last = self.path.steps[-1]
         try:
             step = self._settled().advance(last, control)
@@ -229,6 +234,8 @@ class _Walk:
             self.path.failures.append(f"no rest at {control.quantity} {control.target:.6g}: {failure}")
             self._falls += 1
             return False
+        # Where it fell long, Newton's method seldom leads on from: the next step falls at once.
+        self._falling = step.iterations > EASY
         self._accept(step, found[0] if found else None)
         return True
 

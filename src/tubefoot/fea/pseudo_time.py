@@ -1,10 +1,14 @@
-"""A structure on its way to rest: Newton's method held back by a drag that fades as the forces do.
+"""A structure on its way to rest: Newton's method held back by a drag that fades as it falls.
 
 With m_k the volume of node k, the gradient flow c m_k du_k/dt = -dE/du_k, fluids and control kept, takes one
 linearly implicit step of pseudo-time an iteration: the tangent gets c m_k on its diagonal. The density c
-grows where a step had to be cut or the residual rose, and falls with the residual otherwise, so that the last
-iterations are Newton's own (pseudo-transient continuation, Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998).
+grows where a step led too far, and falls otherwise, so that the last iterations are Newton's own
+(pseudo-transient continuation, Kelley and Keyes, SIAM J. Numer. Anal. 35, 1998).
 Where Newton's method wanders, beside a buckling wall or where contacts begin, this goes downhill.
+
+Contacts that slide over curved walls have a stiffness with large negative eigenvalues. Where the tangent is
+not stable with them they count without (the nearest matrix that has none), which costs a fall nothing, while
+a drag that outweighs them would hold the whole structure still.
 
 The drag is no viscosity of the material: states on the way mean nothing, where they end is what counts.
 """
@@ -25,17 +29,24 @@ from tubefoot.fea.stability import nodal_volumes
 from tubefoot.fea.step import Step, StepFailed
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
-MOST = 60
+MOST = 40
 """Iterations after which there is no rest."""
 LONGEST = 0.3
 """Largest displacement in one iteration over the size of a cell (the cube root of the median volume)."""
 NEAR = 1e5
 """Error over the tolerance below which such a state keeps its contacts until it has converged."""
+CONVEX = 3e5
+"""The same above which contacts whose stiffness was made convex once stay so."""
 DEEPER = 0.05
 """By how much a penetration may grow in one iteration [mm]: deep ones throw walls apart in the next."""
+TOO_FAR = 0.5
+"""Force against a step where it ends, over that along it where it begins, from which on it is cut."""
+SHORTEST, CUTS = 0.2, 3
+"""Least factor of a cut, and how often a step is cut."""
 HARDER, EASIER = 4.0, 0.1
-"""Bounds of the factor on the drag from one iteration to the next."""
+"""Factors on the drag after a step that led too far, and after another one."""
 SHORT = 0.1
 """Displacement over the longest one below which the structure is nearly at rest, whatever the forces do."""
 NO_DRAG = 1e-6
@@ -48,9 +59,11 @@ AFTER_REFUSAL, REFUSALS = 8.0, 5
 
 @dataclass
 class _Drag:
-    """The drag as it goes: its density [N/mm per mm^3], that of the beginning, the error before.
+    """The drag as it goes: its density [N/mm per mm^3] and that of the beginning.
 
-    length : of the last step over the longest one, before it was cut
+    error : at the present state
+    length : of the last step over the longest one, before it was cut; too_far : whether it had led too far
+    convex : whether contacts count without what makes them unstable
     refused : steps in a row that led nowhere
     """
 
@@ -58,30 +71,72 @@ class _Drag:
     first: float
     error: float = np.inf
     length: float = 1.0
+    too_far: bool = False
+    convex: bool = False
     refused: int = 0
 
     def adapt(self, error: float) -> None:
-        """Choose the next density by the error at the new state.
+        """Choose the next density by how the last step went.
 
-        error : there
+        error : at the new state
         """
-        ratio = error / self.error if np.isfinite(self.error) else 1.0
-        if self.length < SHORT:
-            self.density *= EASIER
+        if self.too_far:
+            self.density *= HARDER
         elif self.length <= 1.0:
-            self.density *= float(np.clip(ratio, EASIER, HARDER))
-        elif ratio > 1.0:
-            self.density *= 2.0
+            self.density *= EASIER
         if self.density < NO_DRAG * self.first:
             self.density = 0.0
+        self.convex = self.convex and error > CONVEX
         self.error = error
+
+    def raise_density(self) -> None:
+        """Hold the structure much more."""
+        self.density = AFTER_REFUSAL * max(self.density, LEAST * self.first)
 
     def refuse(self) -> bool:
         """Hold the structure much more after a step that led nowhere; False after too many."""
-        self.density = AFTER_REFUSAL * max(self.density, LEAST * self.first)
-        self.error = np.inf
+        self.raise_density()
+        self.too_far, self.length = False, np.inf
         self.refused += 1
         return self.refused <= REFUSALS
+
+
+@dataclass(frozen=True)
+class _Way:
+    """A step, and what tells how long it should be.
+
+    step : the change of the state; free : numbers of the free unknowns
+    press : forces of the pressures' changes on them; downhill : force along the step where it begins
+    """
+
+    step: State
+    free: IntArray
+    press: FloatArray
+    downhill: float
+
+    def part(self, share: float) -> State:
+        """A share of the step.
+
+        share : of its length
+        """
+        step = self.step
+        return State(share * step.unknowns, share * step.pressures, share * step.parameter)
+
+    def gone(self, moved: FloatArray) -> float:
+        """What share of the step a displacement is.
+
+        moved : (n_unknowns,)
+        """
+        along = self.step.unknowns[self.free]
+        return float(along @ moved[self.free]) / float(along @ along)
+
+    def slope(self, residual: FloatArray, share: float) -> float:
+        """Force along the step over that at its beginning, with the new pressures: -1 there, 0 at best.
+
+        residual : (n_unknowns,) at a share of the step
+        """
+        left = residual[self.free] - (1.0 - share) * self.press
+        return float(self.step.unknowns[self.free] @ left) / abs(self.downhill)
 
 
 class PseudoTime:
@@ -154,28 +209,63 @@ class PseudoTime:
         """The state after one step with the drag, cut where it is long or leads far into a wall."""
         model = self.model
         self._hold(state, borders, drag)
-        step, _ = model.newton_step(state, borders)
-        drag.length = float(np.abs(step.unknowns[: self._size]).max()) / self._longest
-        share = 1.0 / max(drag.length, 1.0)
-        cut = State(share * step.unknowns, share * step.pressures, share * step.parameter)
+        way = self._way(state, borders)
+        drag.length = float(np.abs(way.step.unknowns[: self._size]).max()) / self._longest
         exact = model.tolerance
         model.tolerance = replace(exact, min_gap=max(exact.min_gap, min(gap, 0.0) - DEEPER))
         try:
-            # Nearly at rest a point that slides to and fro over an edge would keep the whole from settling.
-            return advanced(model, state, cut, pairing=drag.length > SHORT or drag.error > NEAR)
+            return self._gone(state, way, drag)
         finally:
             model.tolerance = exact
+
+    def _way(self, state: State, borders: Borders) -> _Way:
+        """The step by the last factors from a state that was evaluated last."""
+        model, free = self.model, self.model.system.free
+        force = model.system.residual[free].copy()
+        step, _ = model.newton_step(state, borders)
+        press = borders.columns[free] @ step.pressures
+        return _Way(step, free, press, float(step.unknowns[free] @ (press - force)))
+
+    def _gone(self, state: State, way: _Way, drag: _Drag) -> tuple[State, Evaluation]:
+        """The state so far along a step that little force is left along it."""
+        model, choices = self.model, self.model.choices()
+        # Nearly at rest a point that slides to and fro over an edge would keep the whole from settling.
+        pairing = drag.length > SHORT or drag.error > NEAR
+        share = 1.0 / max(drag.length, 1.0)
+        drag.too_far = False
+        for _ in range(CUTS):
+            moved, found = advanced(model, state, way.part(share), pairing)
+            gone = way.gone(moved.unknowns - state.unknowns)
+            slope = way.slope(model.system.residual, gone)
+            if slope < TOO_FAR:
+                return moved, found
+            drag.too_far = True
+            model.choose(choices)
+            share = gone * max(1.0 / (1.0 + slope), SHORTEST)
+        return advanced(model, state, way.part(share), pairing)
 
     def _hold(self, state: State, borders: Borders, drag: _Drag) -> None:
         """Factorise with drag enough that the structure is stable under it: else it would be led uphill."""
         model = self.model
-        model.evaluate(state)
-        diagonal = model.system.indptr[:-1]
-        bare = model.system.data[diagonal]
-        for _ in range(REFUSALS):
-            model.system.data[diagonal] = bare + drag.density * self._mass
+        bare = self._stiffness(state, drag.convex)
+        for _ in range(REFUSALS + 1):
+            model.system.data[model.system.indptr[:-1]] = bare + drag.density * self._mass
             model.factorise(borders)
             if not model.unstable:
                 return
-            drag.density = AFTER_REFUSAL * max(drag.density, LEAST * drag.first)
+            if drag.convex or not model.pairings:
+                drag.raise_density()
+            else:
+                drag.convex = True
+                bare = self._stiffness(state, drag.convex)
         raise StepFailed(f"{model.unstable} directions stay unstable under any drag")
+
+    def _stiffness(self, state: State, convex: bool) -> FloatArray:
+        """Assemble the tangent; its diagonal."""
+        model = self.model
+        for pairing in model.pairings:
+            pairing.convex = convex
+        model.evaluate(state)
+        for pairing in model.pairings:
+            pairing.convex = False
+        return model.system.data[model.system.indptr[:-1]]
