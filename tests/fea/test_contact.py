@@ -166,6 +166,46 @@ def test_a_contact_that_did_not_act_and_got_lost_is_forgotten():
     assert found.min_gap > 0.0
 
 
+def test_a_wall_that_came_through_in_one_move_is_a_contact_however_deep():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(shifted(mesh, 0.9, 0.0), keep=True)
+    through = shifted(mesh, -0.4, 0.0)
+    contact.look(through, keep=True)
+    found, _ = evaluate(contact, through.unknowns)
+    assert found.min_gap == pytest.approx(-0.4)
+
+
+def test_a_wall_that_appears_deep_from_the_side_is_seen_around_a_corner():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    aside = [shifted(mesh, height, 30.0) for height in (1.0, -0.4)]
+    for state in (*aside, shifted(mesh, -0.4, 0.3)):
+        contact.look(state, keep=True)
+    assert len(contact.gaps) == 0
+    # Taken back to where the wall stood in front, it counts as having come through.
+    for state in aside[::-1]:
+        contact.look(state, keep=True)
+    before = contact.choice
+    contact.look(shifted(mesh, -0.4, 30.0), keep=True)
+    contact.choice = before
+    contact.look(shifted(mesh, 0.9, 0.0), keep=True)
+    contact.look(shifted(mesh, -0.4, 0.0), keep=True)
+    assert contact.gaps.min() == pytest.approx(-0.4)
+
+
+def test_without_their_negative_eigenvalues_contacts_only_resist(pressed):
+    _, contact, unknowns = pressed
+    _, exact = evaluate(contact, unknowns)
+    contact.convex = True
+    _, convex = evaluate(contact, unknowns)
+    largest = np.abs(exact.matrix).max()
+    assert np.linalg.eigvalsh(exact.matrix).min() < -1e-3 * largest
+    assert np.linalg.eigvalsh(convex.matrix).min() > -1e-12 * largest
+    assert np.linalg.eigvalsh(convex.matrix - exact.matrix).min() > -1e-12 * largest
+    assert convex.residual == pytest.approx(exact.residual, rel=1e-9)
+
+
 @pytest.mark.parametrize("gap", [0.09, 0.03, -0.02])
 def test_pressure_is_that_of_the_barrier_and_acts_within_the_reach_only(gap):
     barrier = Barrier(reach=0.1, stiffness=3.0)

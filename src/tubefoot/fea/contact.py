@@ -80,15 +80,16 @@ class SelfContact(Contacts):
         if self._far(state):
             return False, False
         hits, places, gaps, others = self._opposite(state, self.barrier.ahead)
-        self._looked_at = state.unknowns[: self._rest.size].copy()
+        before, self._looked_at = self._looked_at, state.unknowns[: self._rest.size].copy()
         self._clearance = min(float(gaps.min()), self.barrier.ahead)
         sample, slot = np.nonzero(gaps < self._close)
         facet, place, gap = hits[sample, slot], places[sample, slot], gaps[sample, slot]
         if keep:
             acted = self.gaps < self.barrier.reach
             stays = self._staying(state)
-            # Walls come into contact from outside: one that appears deep behind is seen around a corner.
-            new = self._unmet(sample, facet, stays) & (gap > -self.barrier.reach)
+            new = self._unmet(sample, facet, stays)
+            deep = np.flatnonzero(new & (gap < -self.barrier.reach))
+            new[deep] = self._stood_before(before, sample[deep], facet[deep], place[deep])
             acting = acted | (self.gaps < self.barrier.reach)
             if stays[acting].all() and not (gap[new] < self.barrier.reach).any():
                 # Those that do not act may get lost beyond the horizon of their facet.
@@ -105,38 +106,59 @@ class SelfContact(Contacts):
         return True, grew
 
     @property
-    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray, Elements]:
-        """The present contacts: samples, facets opposite, places there, gaps; elements."""
-        return self._sample, self._facet, self._places.copy(), self.gaps.copy(), self._elements
+    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray, Elements, FloatArray | None]:
+        """The present contacts: samples, facets opposite, places there, gaps; elements; where they looked."""
+        places, gaps = self._places.copy(), self.gaps.copy()
+        return self._sample, self._facet, places, gaps, self._elements, self._looked_at
 
     @choice.setter
-    def choice(self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray, Elements]) -> None:
+    def choice(
+        self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray, Elements, FloatArray | None]
+    ) -> None:
         """Take contacts back.
 
         kept : as they were
         """
-        sample, facet, places, gaps, self._elements = kept
+        sample, facet, places, gaps, self._elements, self._looked_at = kept
         self._take(sample, facet, places.copy(), gaps.copy())
-        self._looked_at = None
 
     def _staying(self, state: State) -> NDArray[np.bool_]:
         """Which contacts still serve, though they slid a little over an edge; their places are followed."""
         positions = self._positions(state)
-        normals = self._area_vectors(positions)[self._sample]
-        outside = np.empty(len(self._sample))
+        outside = self._follow(positions, self._sample, self._facet, self._places, self.gaps)
+        near = (self.gaps < self._close) & (self.gaps > -self.barrier.depth)
+        return np.asarray(near & (outside <= KEPT))
+
+    def _stood_before(
+        self, looked_at: FloatArray | None, sample: IntArray, facet: IntArray, place: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Of contacts that appear deep: whether the wall stood in front at the last look, and came through.
+
+        One that did not is seen around a corner, through the sample's own wall.
+        """
+        moved = 0.0 if looked_at is None else looked_at.reshape(-1, 3)
+        gaps = np.empty(len(sample))
+        self._follow(self._rest + moved, sample, facet, place.copy(), gaps)
+        return np.asarray(gaps > 0.0)
+
+    def _follow(
+        self, positions: FloatArray, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray
+    ) -> FloatArray:
+        """Follow places and gaps to the nodes' positions; how far outside their facets they are."""
+        normals = self._area_vectors(positions)[sample]
+        outside = np.empty(len(sample))
         follow_places(
-            self._sampled(positions)[self._sample],
+            self._sampled(positions)[sample],
             normals / np.linalg.norm(normals, axis=1)[:, None],
-            self._facet,
+            facet,
             self._powers,
             self._coefficients @ positions[self.nodes],
             self._triangle,
-            self._places,
-            self.gaps,
+            places,
+            gaps,
             outside,
         )
-        near = (self.gaps < self._close) & (self.gaps > -self.barrier.depth)
-        return np.asarray(near & (outside <= KEPT))
+        return outside
 
     def _unmet(self, sample: IntArray, facet: IntArray, stays: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Which possible contacts are no continuation of one that stays, over an edge to a neighbour."""
