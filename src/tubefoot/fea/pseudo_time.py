@@ -31,7 +31,7 @@ from tubefoot.fea.step import Step, StepFailed
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-MOST = 40
+MOST = 60
 """Iterations after which there is no rest."""
 LONGEST = 0.3
 """Largest displacement in one iteration over the size of a cell (the cube root of the median volume)."""
