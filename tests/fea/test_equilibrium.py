@@ -192,6 +192,8 @@ def test_unknowns_eliminated_in_the_cells_are_brought_to_equilibrium_too():
 class Stop:
     """A spring that meets the end of a rod where that has gone far enough; it looks only when asked."""
 
+    convex = False
+
     def __init__(self, mesh, where, gap, stiffness):
         self.numbers = 3 * mesh.facet_set(where).points
         self.pattern = self.numbers[:, None]
