@@ -19,6 +19,8 @@ FIRST_SHARE = 0.1
 """Share of a chamber, trapped air included, that the first step pumps at most."""
 MOST_SHARE = 0.2
 """The same of a later step."""
+MOST_LEFT = 0.5
+"""Share of what a chamber still holds that a step drains at most: walls that close find their rest slowly."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,11 @@ class Stride:
             zip(self._model.cavities, drive.kind, drive.rate, strict=True)
         ):
             if kind == "volume" and rate:
-                fills = rate * stride > 0.0
-                volume = max(cavity.rest_volume, last.volumes[k]) if fills else cavity.rest_volume
-                most = share * (volume + cavity.air_volume) / abs(rate)
+                if rate * stride > 0.0:
+                    most = share * (max(cavity.rest_volume, last.volumes[k]) + cavity.air_volume)
+                else:
+                    left = MOST_LEFT * (last.volumes[k] + cavity.air_volume)
+                    most = min(share * (cavity.rest_volume + cavity.air_volume), left)
+                most /= abs(rate)
                 stride = float(np.clip(stride, -most, most))
         return stride
