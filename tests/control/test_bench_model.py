@@ -6,7 +6,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tubefoot.control.bench_model import FORWARD, GASES, LAG, PUMPED, REVERSE, UNKNOWN, VOLUMES, BenchModel
+from tubefoot.control.bench_model import (
+    FORWARD,
+    GASES,
+    LAG,
+    LEAK,
+    PUMPED,
+    REVERSE,
+    UNKNOWN,
+    VOLUMES,
+    BenchModel,
+)
 from tubefoot.control.crowd import MIDDLES
 from tubefoot.control.foresight import EDGES_S, Planned, foresee
 from tubefoot.lab.settings import PumpSettings
@@ -31,7 +41,7 @@ def nominal(model: BenchModel):
     """A print of stiffness one, without seam, without tube, on a calibrated pump that follows at once."""
     guess = np.zeros((UNKNOWN, 1))
     guess[GASES] = np.log(GAS)
-    guess[4], guess[LAG] = np.log(1e-9), np.log(1e-3)
+    guess[4], guess[LAG], guess[LEAK] = np.log(1e-9), np.log(1e-3), np.log(1e-9)
     return model.at_rest(guess)
 
 
@@ -123,3 +133,23 @@ def test_gains_of_the_pump_count_by_direction():
     state = model.step(state, 0.5, np.array([-100.0]))
     state = model.step(state, 0.5, np.zeros(1))
     assert state[PUMPED, 0] == pytest.approx(20.0, rel=1e-6)
+
+
+def test_what_leaks_back_through_the_pump_follows_the_difference_of_the_pressures():
+    model = reference_model()
+    state = nominal(model)
+    state[LEAK] = np.log(50.0)
+    state = model.step(state, 0.5, np.array([500.0]))
+    state = model.step(state, 0.5, np.zeros(1))
+    right, left = model.branch_pressures(state)
+    assert right[0] - left[0] > 30 * KPA
+    after = model.step(state, 0.1, np.zeros(1))
+    assert state[PUMPED, 0] - after[PUMPED, 0] == pytest.approx(5.0 * (right[0] - left[0]), rel=1e-3)
+    assert model.bend(after)[0] < model.bend(model.step(nominal_leak_free(state), 0.1, np.zeros(1)))[0]
+
+
+def nominal_leak_free(state):
+    """The same state on a pump that is tight."""
+    tight = state.copy()
+    tight[LEAK] = np.log(1e-9)
+    return tight

@@ -9,8 +9,9 @@ stiffness s of the print, behind the wall's memory G (as in `reduced/relaxation.
 
 x is what the bonded seam adds to the bending stiffness k at rest, w what the finger's own weight takes off it
 where it stands upright, c the loss of the wall that is faster than its shortest term. q is the pumped volume,
-behind the lag of the motor. A step is implicit. A column of the state is one guess: the logarithms of what is
-not known of a bench, then where that bench would be now. N, mm, s, MPa, rad.
+behind the lag of the motor, with the ripple of its rollers (`rollers.py`), less what leaks back through them.
+A step is implicit. A column of the state is one guess: what is not known of a bench, mostly as logarithms,
+then where that bench would be now. N, mm, s, MPa, rad.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from tubefoot.control.rollers import ahead
 from tubefoot.reduced.finger import ReducedFinger
 from tubefoot.reduced.law import ANGLE_SCALE, PRESSURE_SCALE
 from tubefoot.reduced.relaxation import Prony
@@ -29,9 +31,16 @@ FloatArray = NDArray[np.float64]
 
 STIFFNESS, SPRING, GAS_RIGHT, GAS_LEFT, TUBE, FORWARD, REVERSE, LAG, PACE, OFFSET = range(10)
 """Rows of what is not known: logarithms, but for the spring x [-] and the offset of the bend angle [rad]."""
-UNKNOWN = 10
-PHI, RIGHT, LEFT, VOLUME_RIGHT, VOLUME_LEFT, SENT, PUMPED, BEFORE = range(UNKNOWN, UNKNOWN + 8)
-"""Rows of the moving state: angle of a unit, chamber pressures and volumes, volume sent, arrived, memory."""
+ROLLERS = slice(10, 14)
+"""Rows of the rollers' ripple, as in `rollers.py` [mm^3]."""
+LEAK = 14
+"""Row of the logarithm of what flows back through the pump [mm^3/s/MPa]."""
+UNKNOWN = 15
+PHI, RIGHT, LEFT, VOLUME_RIGHT, VOLUME_LEFT, SENT, PUMPED, TURNED, AHEAD, BEFORE = range(
+    UNKNOWN, UNKNOWN + 10
+)
+"""Rows of the moving state: angle of a unit, chamber pressures and volumes, volume sent, arrived, turned
+either way, by which the rollers are ahead, memory."""
 OVER = BEFORE + 3
 GASES, CHAMBERS, VOLUMES = slice(GAS_RIGHT, TUBE), slice(RIGHT, VOLUME_RIGHT), slice(VOLUME_RIGHT, SENT)
 FAST_LOSS = 0.3
@@ -121,7 +130,9 @@ class BenchModel:
 
         state : (rows, n)
         """
-        share = np.minimum((WAYS * state[PUMPED] - state[VOLUMES]) / np.exp(state[GASES]), 0.95)
+        share = np.minimum(
+            (WAYS * (state[PUMPED] + state[AHEAD]) - state[VOLUMES]) / np.exp(state[GASES]), 0.95
+        )
         return np.asarray(ATMOSPHERE_MPA * share / (1.0 - share))
 
     def step(self, state: FloatArray, duration: float, sent: FloatArray) -> FloatArray:
@@ -146,7 +157,7 @@ class BenchModel:
             carried,
             np.exp(state[GASES]),
             np.exp(state[TUBE]) / duration,
-            WAYS * after[PUMPED],
+            WAYS * (after[PUMPED] + after[AHEAD]),
         )
         unknown, volumes = self._balanced(state, now)
         after[[PHI, RIGHT, LEFT]], after[VOLUMES] = unknown, volumes
@@ -179,12 +190,21 @@ class BenchModel:
     # ---- parts of a step -----------------------------------------------------------------------------------
 
     def _pump(self, after: FloatArray, duration: float, sent: FloatArray) -> None:
-        """Move the volume that was sent, and let what arrives follow it."""
+        """Move the volume that was sent, and let what arrives follow it; ripple and leak of the pump."""
+        right, left = self.branch_pressures(after)
+        leaked = np.exp(after[LEAK]) * (right - left) * duration
+        after[SENT] -= leaked
+        after[PUMPED] -= leaked
         before = after[SENT].copy()
         after[SENT] += sent * np.exp(np.where(sent >= 0, after[FORWARD], after[REVERSE]))
         lag = np.exp(after[LAG])
         behind, fade = (after[SENT] - before) / duration * lag, np.exp(-duration / lag)
-        after[PUMPED] = after[SENT] - behind - (before - behind - after[PUMPED]) * fade
+        pumped = after[PUMPED].copy()
+        after[PUMPED] = after[SENT] - behind - (before - behind - pumped) * fade
+        turned = after[PUMPED] - pumped
+        before_it = ahead(after[TURNED], after[ROLLERS])
+        after[TURNED] += np.abs(turned)
+        after[AHEAD] += np.sign(turned) * (ahead(after[TURNED], after[ROLLERS]) - before_it)
 
     def _memory(self, state: FloatArray, duration: float) -> tuple[FloatArray, FloatArray]:
         """Decay and gain of each term (terms, n) over a step."""

@@ -15,8 +15,9 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from tubefoot.control.bench_model import UNKNOWN, BenchModel
+from tubefoot.control.bench_model import FORWARD, OFFSET, REVERSE, UNKNOWN, BenchModel
 from tubefoot.control.contract import Measurement
+from tubefoot.control.rollers import SPREADS_MM3
 from tubefoot.units import DEG, KPA
 
 FloatArray = NDArray[np.float64]
@@ -29,23 +30,27 @@ MIDDLES = np.array(
         *(np.log(0.8), np.log(0.8)),
         np.log(0.055),
         *(0.0, 0.0),
+        *(0.0 * SPREADS_MM3),
+        np.log(10.0),
     ]
 )
 """Guesses at first, rows as in `BenchModel`: stiffness 0.85, seam 10 %, 0.85 ml of gas a side, tube
-2.2 kPa s/ml, 0.8 of the uncalibrated flow, motor's lag 55 ms."""
-SPREADS = np.array([0.42, 0.1, 0.55, 0.55, 0.45, 0.15, 0.15, 0.3, 0.5, 0.1 * DEG])
+2.2 kPa s/ml, 0.8 of the uncalibrated flow, motor's lag 55 ms, leak 0.01 ul/s/kPa."""
+SPREADS = np.array([0.42, 0.1, 0.55, 0.55, 0.45, 0.12, 0.12, 0.3, 0.5, 0.1 * DEG, *SPREADS_MM3, 0.9])
 """Their standard deviations."""
 LOWEST, HIGHEST = (MIDDLES - 4.0 * SPREADS)[:, None], (MIDDLES + 4.0 * SPREADS)[:, None]
 """No guess goes beyond."""
-WALKS = np.array([0.01, 0.005, 0.01, 0.01, 0.0, 0.01, 0.01, 0.0, 0.01, 0.1 * DEG])
+WALKS = np.array([0.01, 0.005, 0.01, 0.01, 0.0, 0.01, 0.01, 0.0, 0.01, 0.1 * DEG, *([0.2] * 4), 0.0])
 """Random walk of each guess, by the root of the time [s]."""
-SIZE = 64
-PULSE_SCATTER, PULSE_SCATTER_MM3 = 0.04, 4.0
-"""Of the volume between two frames, relative, and of a short one: rollers [mm^3]."""
+SIZE = 96
+PULSE_SCATTER, PULSE_SCATTER_MM3 = 0.03, 2.0
+"""Of the volume between two frames, relative, and beside it [mm^3]: what the model has not of the pump."""
 ANGLE_SIGMA, TIMING_S = 0.04 * DEG, 5e-3
 """Least scatter of an angle [rad], and uncertainty of a frame's time [s]."""
 PRESSURE_SIGMA, PRESSURE_SHARE, PRESSURE_TIMING_S = 0.4 * KPA, 0.02, 8e-3
 """Scatter of a pressure [MPa], share of its value, uncertainty of its time [s]."""
+STANDING_MM3, LEAP_SHARE = 0.1, 0.2
+"""Volume between frames below which the pump stands, and weight of such a frame in the usual leap."""
 KEPT_S = 2.0
 LONGEST_STEP_S = 0.05
 
@@ -64,7 +69,7 @@ class Crowd:
         drawn -= drawn.mean(axis=1, keepdims=True)
         self._state = model.at_rest(np.clip(MIDDLES[:, None] + SPREADS[:, None] * drawn, LOWEST, HIGHEST))
         self._time: float | None = None
-        self._volume = 0.0
+        self._volume = self._leap = 0.0
         self._seen: deque[tuple[float, float, float, float]] = deque()
         self._zero = (0.0, 0.0)
 
@@ -87,6 +92,8 @@ class Crowd:
         before = self._shown()
         self._move(duration, volume - self._volume)
         rates = np.abs(self._shown().mean(1) - before.mean(1)) / duration
+        if abs(volume - self._volume) < STANDING_MM3:
+            self._leap += LEAP_SHARE * (float(self._shown()[0].mean()) - seen.bend - self._leap)
         self._time, self._volume = seen.seen_at, volume
         measured = np.array([seen.bend, *pressures])
         scatter = np.hypot([max(seen.sigma, ANGLE_SIGMA), PRESSURE_SIGMA, PRESSURE_SIGMA], 0.0)
@@ -98,14 +105,28 @@ class Crowd:
         """The most likely bench now, a state (rows, 1) of the model.
 
         seen : the newest frame, already observed
+
+        The mean of many benches, each in balance, is not quite in balance, nor are benches that were drawn
+        near a frame: at the next step they leap. The angle is the mean of theirs, less their usual leap.
         """
         state = self._state.mean(axis=1, keepdims=True)
         if self._time is None:
             return state
         left, volume = seen.time - self._time, self._seen[-1][1] - self._volume
         if left > 1e-4:
-            state = self.model.step(state, left, np.array([volume]))
+            both = np.hstack([state, self._state])
+            both = self.model.step(both, left, np.full(both.shape[1], volume))
+            bends = self.model.bend(both)
+            state = both[:, :1]
+            state[OFFSET] += bends[1:].mean() - bends[0] - self._leap
         return state
+
+    def gain_spread(self, direction: int) -> float:
+        """Standard deviation of the logarithm of the pump's gain.
+
+        direction : 1 or -1
+        """
+        return float(self._state[FORWARD if direction > 0 else REVERSE].std())
 
     @property
     def learnt(self) -> dict[str, float]:

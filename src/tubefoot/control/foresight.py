@@ -14,7 +14,7 @@ from tubefoot.lab.settings import PumpSettings
 
 FloatArray = NDArray[np.float64]
 
-EDGES_S = np.array([0, 0.04, 0.08, 0.13, 0.2, 0.3, 0.4, 0.55, 0.75, 1, 1.3, 1.6, 2, 2.4, 2.8, 3.3, 4])
+EDGES_S = np.array([0, 0.04, 0.08, 0.13, 0.2, 0.3, 0.4, 0.55, 0.75, 1, 1.3, 1.6, 2, 2.4, 2.8, 3.3, 4, 5])
 """Ends of the steps, from now on [s]."""
 
 

@@ -20,6 +20,7 @@ class StepGoal:
         self.band = settings.band_deg * DEG
         self.hold_s = settings.hold_s
         self._since: float | None = None
+        self._errors: list[float] = []
 
     @property
     def holding(self) -> bool:
@@ -45,15 +46,34 @@ class StepGoal:
 
         seen : its first frame
         """
-        self._since = seen.seen_at
+        self._since, self._errors = seen.seen_at, []
+        self.note(seen)
+
+    def note(self, seen: Measurement) -> None:
+        """Take a frame of the hold into its mean error.
+
+        seen : during the hold
+        """
+        self._errors.append(abs(self.error(seen)))
+
+    def mean_error(self) -> float:
+        """Of the hold so far [rad]."""
+        return sum(self._errors) / len(self._errors)
 
     def break_hold(self) -> None:
         """Give the hold up."""
         self._since = None
+
+    def since(self, seen: Measurement) -> float:
+        """How long the hold has lasted [s].
+
+        seen : at a frame
+        """
+        return 0.0 if self._since is None else seen.seen_at - self._since
 
     def held(self, seen: Measurement) -> bool:
         """Whether the pump has stood for the whole hold.
 
         seen : at a frame
         """
-        return self._since is not None and seen.seen_at - self._since >= self.hold_s - 1e-6
+        return self._since is not None and self.since(seen) >= self.hold_s - 1e-6

@@ -211,7 +211,12 @@ class BendLoop:
         right, left = sample.gauge_pressures[:2]
         soon = state.extrapolated(sample)
         state.held_back = False
-        if isinstance(command, Pulse) and self._guard.forbids_pulse(command.direction, (right, left)):
+        eased = isinstance(command, Pulse) and command.in_place and _eases(command, sample, state)
+        if (
+            isinstance(command, Pulse)
+            and not eased
+            and self._guard.forbids_pulse(command.direction, (right, left))
+        ):
             state.held_back = True
             state.press(now)
             return (
@@ -279,6 +284,11 @@ class BendLoop:
         if self._recorder is not None:
             with contextlib.suppress(LinkError):
                 self._recorder.event(self._rig.clock.now(), name, **detail)
+
+
+def _eases(command: Pulse, sample: Reading, state: MotionState) -> bool:
+    """Whether a pulse takes the place of a running one that way, at no larger duty."""
+    return command.direction == sample.direction == state.direction and command.duty <= state.duty
 
 
 def _out_of_reach(where: str, seconds: float) -> str:

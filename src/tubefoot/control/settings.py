@@ -42,24 +42,28 @@ class AdaptiveSettings(Settings):
     """Of long pulses, where the pressure allows it."""
     fill_duty_min: float = Field(default=0.38, gt=0, le=1)
     """Of the slowest ones, still above the dead zone of most pumps: the wall creeps along, less pressure."""
-    running_duty_min: float = Field(default=0.25, gt=0, le=1)
+    running_duty_min: float = Field(default=0.2, gt=0, le=1)
     """To which the duty of a pump that turns already may fall, where the pressure asks for it."""
-    pressure_reserve_kpa: float = Field(default=3.0, ge=0, le=50)
+    pressure_reserve_kpa: float = Field(default=5.0, ge=0, le=50)
     """A long pulse is planned to stay so far below the guard's limit."""
     trim_duty: float = Field(default=0.9, gt=0, le=1)
     """Of short pulses: far from the pump's dead zone, so that their volume is known well."""
     trim_max_s: float = Field(default=0.25, gt=0, le=5)
     """Longest pulse at `trim_duty`."""
-    trim_ahead_s: float = Field(default=0.4, ge=0, le=10)
-    """How long after a short pulse the hold is expected to begin, for which its volume is chosen."""
-    arrive_s: float = Field(default=2.4, ge=0.2, le=60)
+    trim_scatter: float = Field(default=0.06, ge=0, le=1)
+    """Scatter of what a short pulse moves, relative, where the pump's gain is known."""
+    arrive_s: float = Field(default=1.0, ge=0.2, le=60)
     """How long after a long pulse the creep may take to bring the finger to the target."""
     arrive_deg: float = Field(default=0.5, ge=-20, le=20)
     """How far past the target that creep may lead."""
-    hold_error_deg: float = Field(default=0.6, gt=0, le=20)
-    """Largest error foreseen in the hold with which it may begin."""
-    overshoot_deg: float = Field(default=0.9, gt=0, le=20)
-    """Overshoot foreseen at which the creep is stopped by a pulse back."""
+    plan_error_deg: float = Field(default=0.25, gt=0, le=20)
+    """Mean error foreseen in a hold that costs nothing; less than is asked: pulses are not exact."""
+    overshoot_deg: float = Field(default=0.65, gt=0, le=20)
+    """Overshoot that a plan allows."""
+    pulse_worth_s: float = Field(default=0.3, ge=0, le=60)
+    """Time to the hold that one more pulse must save, of the first three of a motion."""
+    further_worth_s: float = Field(default=2.0, ge=0, le=60)
+    """The same for further pulses."""
     rest_s: float = Field(default=0.2, ge=0, le=10)
     """Least pause between pulses: pump and tube come to rest, the model learns."""
 
