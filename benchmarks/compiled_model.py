@@ -53,7 +53,7 @@ class CompiledBenchModel(BenchModel):
 def _step(  # type: ignore[no-untyped-def]
     state, after, duration, table, pairs, limits, scales, strengths, times, least
 ):
-    """Fill `after`, whose pump has moved already; the most Newton steps that a guess took, at least `least`."""
+    """Fill `after`, whose pump has moved already; the most Newton steps of a guess, at least `least`."""
     weight, rigid, loss_scale = scales
     terms, count = len(times), 0
     decay, gain, carried, found = np.empty(terms), np.empty(terms), np.empty(3), np.empty(10)

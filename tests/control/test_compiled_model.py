@@ -1,6 +1,7 @@
 """The compiled model of the benchmarks is the controller's own, but for rounding."""
 
 import numpy as np
+import pytest
 from benchmarks.compiled_model import CompiledBenchModel
 
 from tubefoot.control.bench_model import LAG, UNKNOWN, BenchModel
@@ -8,6 +9,7 @@ from tubefoot.control.crowd import MIDDLES, SPREADS
 from tubefoot.reduced.files import reference_file
 
 
+@pytest.mark.slow
 def test_steps_are_the_same_but_for_rounding():
     reference = reference_file()
     finger, prony = reference.to_finger(), reference.to_prony()

@@ -69,6 +69,14 @@ def test_learns_a_bench_from_its_first_pulses_and_foresees_its_creep(seed):
     assert learnt["gas_right"] == pytest.approx(gas, rel=0.3)
 
 
+def test_the_present_angle_does_not_leap():
+    """A stiff print with much gas: benches drawn near a frame are out of balance, would leap by 0.5 deg."""
+    rows, _ = followed(drawn_bench(1062), [(0.1, 1, 0.9, 0.9)], 3.0)
+    times, truth, now = rows[:, 0], rows[:, 1], rows[:, 2]
+    resting = times > 1.6
+    assert np.abs(now - truth)[resting].mean() < 0.15 * DEG
+
+
 def test_latency_is_made_up_for():
     """In mid-stroke what the crowd says of now is far better than the newest frame."""
     rows, _ = followed(None, [(0.1, 1, 0.9, 0.6)], 1.0)
