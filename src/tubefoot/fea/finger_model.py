@@ -46,11 +46,12 @@ GOALS = (
 
 HANDS = ("right", "left")
 
-SLIT = 0.2
-"""Mean distance of a chamber's walls at which it has collapsed [mm]: 2 V / A, A their area at rest.
+SLIT, CLOSED = 0.2, 0.1
+"""A collapsed chamber: mean distance of its walls [mm], 2 V / A with A their area at rest, and the largest
+share of its volume that may be left, down to half of that distance.
 
-Walls in contact stand up to the barrier's reach apart, by default half of that, and folds do not close in
-their corners: less volume is squeezed out of the barrier.
+Walls in contact stand up to the barrier's reach apart, by default half of the first, and folds do not close
+in their corners: less volume is squeezed out of the barrier.
 """
 
 TIMES = ("ramp_s", "hold_s", "hold", "recover_s")
@@ -180,9 +181,10 @@ class FingerModel:
         found = []
         for number, hand in enumerate(("right", "left")):
             vacuum = Control("pressure", self._vacuum(number), cavity=number)
-            share, change = self._collapsed(number)
+            share, apart = self._collapsed(number)
+            change = -(1.0 - share) * self.model.cavities[number].rest_volume
             collapse = Control("volume_change", change, cavity=number)
-            left = f"its walls {SLIT:g} mm apart on average, {100 * share:.1f} % of its volume left"
+            left = f"its walls {apart:.3g} mm apart on average, {100 * share:.1f} % of its volume left"
             found += [
                 Limit(vacuum, f"absolute vacuum in the {hand} chamber (cavitation)"),
                 Limit(collapse, f"full collapse of the {hand} chamber ({left})"),
@@ -190,11 +192,11 @@ class FingerModel:
         return found
 
     def _collapsed(self, number: int) -> tuple[float, float]:
-        """Share of a chamber's volume that is left when it is a slit, and the change of volume [mm^3]."""
-        cavity = self.model.cavities[number]
-        area = 2.0 * self.walls[number].areas.sum()  # each side of a contact carries half
-        share = min(0.5 * SLIT * float(area) / cavity.rest_volume, 0.5)
-        return share, -(1.0 - share) * cavity.rest_volume
+        """Share of its volume left in a chamber that has collapsed, mean distance of its walls [mm]."""
+        area = 2.0 * float(self.walls[number].areas.sum())  # each side of a contact carries half
+        slit = 0.5 * SLIT * area / self.model.cavities[number].rest_volume
+        share = min(slit, max(CLOSED, 0.5 * slit), 0.5)
+        return share, SLIT * share / slit
 
     def _vacuum(self, number: int) -> float:
         """Gauge pressure at which a chamber's path ends [MPa]: vacuum, just above it with an air column."""

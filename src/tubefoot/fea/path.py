@@ -38,7 +38,7 @@ ARC_STEPS = 16
 """Steps by the path's length in which a fold shows, or the parameter passes what stopped it."""
 BEYOND = (1 / 16, 1 / 4)
 """How far beyond a fold, over the first step, the next stable state is looked for."""
-LOCATED = 1 / 2
+LOCATED = 1 / 4
 """Longest step over the first one in which a jump, or a loss of stability, is taken for located."""
 FALLS = 2
 """Times that the structure is let fall from one state without coming to rest."""
