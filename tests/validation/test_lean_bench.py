@@ -14,7 +14,8 @@ from tubefoot.twin.hydraulics import Hydraulics
 from tubefoot.twin.still_finger import StillFinger
 from tubefoot.units import DEG, KPA
 from tubefoot.validation.bench_parameters import bench_numbers, pumped_volumes
-from tubefoot.validation.lean_bench import BenchNumbers, LeanBench, room_for_powers, toppling, unit_answer
+from tubefoot.validation.lean_bench import BenchNumbers, LeanBench, toppling
+from tubefoot.validation.unit_answer import room_for_powers, unit_answer
 from tubefoot.validation.windows import observe
 
 NONE = np.zeros(0)
