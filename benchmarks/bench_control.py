@@ -11,14 +11,12 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.compiled_model import CompiledBenchModel
 from benchmarks.row import Row
 from tubefoot.control.choice import step_controller
 from tubefoot.control.creep import CreepLaw, creep_law
@@ -69,10 +67,9 @@ def bench_rows(seed: int, name: str) -> list[dict[str, Any]]:
 
 @cache
 def reference_law() -> CreepLaw:
-    """What the controllers know of the 12-unit reference finger; its steps are compiled here, for speed."""
+    """What the controllers know of the 12-unit reference finger."""
     reference = reference_file()
-    finger, prony = reference.to_finger(), reference.to_prony()
-    return replace(creep_law(finger, prony), model=CompiledBenchModel(finger, prony))
+    return creep_law(reference.to_finger(), reference.to_prony())
 
 
 def true_figures(rows: list[dict[str, Any]], target_deg: float) -> dict[str, float]:
