@@ -8,9 +8,11 @@ from tubefoot.errors import ConfigError, GeometryError
 from tubefoot.fea.barrier import Barrier
 from tubefoot.fea.contact import SelfContact
 from tubefoot.fea.elements import element_kind
+from tubefoot.fea.fading import placed
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import FacetSet, Mesh
 from tubefoot.fea.obstacle import Box, Obstacle, Plane, Sphere, mirror_image
+from tubefoot.fea.proximity import edge_zones, facet_edges
 
 
 def patch(kind, height, upward, first):
@@ -62,7 +64,7 @@ def pressed(request):
     displacement[mesh.points[:, 2] > 0.5, 2] -= 0.95
     contact = SelfContact(mesh, ["walls"])
     unknowns = displacement.ravel()
-    assert contact.look(State(unknowns, np.zeros(0), 0.0)) == (True, True)
+    assert contact.look(State(unknowns, np.zeros(0), 0.0))
     return mesh, contact, unknowns
 
 
@@ -90,7 +92,7 @@ def test_derivatives_are_exact_where_a_contact_seen_edge_on_fades(kind, degrees)
     mesh = facing(kind, 1.0)
     contact = SelfContact(mesh, ["walls"])
     unknowns = tilted(mesh, degrees)
-    assert contact.look(State(unknowns, np.zeros(0), 0.0))[0]
+    assert contact.look(State(unknowns, np.zeros(0), 0.0))
     found, sink = evaluate(contact, unknowns)
     assert found.energy > 0.0
     assert_exact_derivatives(contact, unknowns)
@@ -130,7 +132,7 @@ def test_forces_and_moments_of_both_sides_cancel(pressed):
 
 def test_partners_are_kept_where_nothing_moved(pressed):
     _, contact, unknowns = pressed
-    assert contact.look(State(unknowns, np.zeros(0), 0.0), keep=True) == (False, False)
+    assert not contact.look(State(unknowns, np.zeros(0), 0.0))
 
 
 def shifted(mesh, gap, sideways):
@@ -140,28 +142,101 @@ def shifted(mesh, gap, sideways):
     return State(unknowns.ravel(), np.zeros(0), 0.0)
 
 
-def test_a_point_that_slides_a_little_over_an_edge_keeps_its_facet():
+@pytest.mark.parametrize("gap", [0.02, 0.002])
+@pytest.mark.parametrize("kind", ["quad9", "triangle6", "quad8"])
+def test_sliding_over_the_kinks_between_facets_takes_just_the_energy_that_the_forces_take(kind, gap):
+    """Facets opposite change on the way, where the wall has a kink of 23 degrees: no force may jump there."""
+    mesh = facing(kind, 1.0)
+    rest, upper = mesh.points, mesh.points[:, 2] > 0.5
+    middle = (rest[~upper, 0].max() + rest[~upper, 0].min()) / 2
+    width = np.ptp(rest[upper, 0])
+
+    def slid(sideways):
+        displacement = np.zeros(rest.shape)
+        displacement[~upper, 2] = -0.2 * np.abs(rest[~upper, 0] - middle)
+        # Its upper side is narrower, so that it slides over no border of the lower one.
+        displacement[upper, 1] = -0.5 * (rest[upper, 1] - rest[~upper, 1].mean())
+        displacement[upper] += [sideways, 0.0, gap - 1.0]
+        return displacement.ravel()
+
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(State(slid(0.0), np.zeros(0), 0.0))
+    along = np.zeros(rest.shape)
+    along[upper, 0] = 1.0
+    step = 0.0005 * width
+    energies, forces, partners = [], [], set()
+    for k in range(401):
+        unknowns = slid((k - 200) * step)
+        contact.look(State(unknowns, np.zeros(0), 0.0))
+        found, sink = evaluate(contact, unknowns)
+        energies.append(found.energy)
+        forces.append(sink.residual @ along.ravel())
+        partners.add(tuple(contact.choice[1]))
+    forces = np.array(forces)
+    assert len(partners) > 5
+    assert np.ptp(forces) > 0.005
+    work = 0.5 * step * (forces[1:] + forces[:-1])
+    assert np.diff(energies) == pytest.approx(work, abs=2e-3 * step * np.ptp(forces))
+    assert np.abs(np.diff(forces)).max() < 0.1 * np.ptp(forces)
+
+
+@pytest.mark.parametrize("kind", ["quad9", "triangle6", "quad8"])
+def test_facets_share_the_zone_around_their_edge(kind):
+    """On a line over an edge, away from the corners, the weights of its two facets add up to one."""
+    nodes = patch(kind, 0.0, True, 0)
+    stretched = nodes[0] * [1.0, 1.0, 0.0]
+    stretched[:, 0] += 0.3 * stretched[:, 0] ** 2
+    zones, edges = edge_zones(element_kind(kind), nodes[1], stretched), facet_edges(element_kind(kind))
+    corners = element_kind(kind).n_corners
+    ends = [{int(f[k]), int(f[(k + 1) % corners])} for f in nodes[1] for k in range(corners)]
+    shared = [k for k, pair in enumerate(ends) if ends.count(pair) == 2]
+    assert shared
+    found = np.empty(6)
+    for k in shared:
+        facet, edge = divmod(k, corners)
+        width = zones[facet, edge, 1]
+        assert zones[facet, edge, 0] == pytest.approx(-width)
+        at = element_kind(kind).nodes[[edge, (edge + 1) % corners]].mean(axis=0)
+        out = edges[edge, :2] / (edges[edge, :2] @ edges[edge, :2])
+        for share in (-1.0, -0.4, 0.0, 0.7, 1.0):
+            placed(*(at + share * width * out), edges, zones[facet], found)
+            here = found[0]
+            placed(*(at - share * width * out), edges, zones[facet], found)
+            assert here + found[0] == pytest.approx(1.0)
+            assert (here > 0.5) == (share < 0.0) or share == 0.0
+    alone = [divmod(k, corners) for k, pair in enumerate(ends) if ends.count(pair) == 1]
+    assert all(zones[facet, edge, 0] == 0.0 < zones[facet, edge, 1] for facet, edge in alone)
+
+
+def test_walls_that_do_not_act_on_each_other_yet_make_no_elements():
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])
-    contact.look(shifted(mesh, 0.05, 0.0))
-    before = contact.choice
-    # Facets are 2 mm wide; a place may go on 0.3 of half a width beyond its facet.
-    assert contact.look(shifted(mesh, 0.05, 0.25), keep=True) == (False, False)
-    assert np.array_equal(contact.choice[1], before[1])
-    assert contact.choice[3] == pytest.approx(0.05)
-    assert contact.look(shifted(mesh, 0.05, 0.25))[0]
-    assert not np.array_equal(contact.choice[1], before[1])
-    contact.choice = before
-    assert contact.look(shifted(mesh, 0.05, 0.9), keep=True)[0]
+    assert not contact.look(shifted(mesh, 0.2, 0.0))
+    assert len(contact.pattern) == 0
+    assert contact.look(shifted(mesh, 0.05, 0.0))
+    assert len(contact.pattern) > 0
+    assert not contact.look(shifted(mesh, 0.2, 0.0))
+    assert contact.gaps == pytest.approx(0.2)
+
+
+def test_a_residual_alone_is_that_which_comes_with_the_tangent(pressed):
+    _, contact, unknowns = pressed
+    _, sink = evaluate(contact, unknowns)
+    alone = DenseSink(len(unknowns))
+    alone.stiff = False
+    contact.assemble(State(unknowns, np.zeros(0), 0.0), alone, Evaluation())
+    assert alone.residual == pytest.approx(sink.residual, rel=1e-12, abs=1e-15)
+    assert np.abs(sink.residual).max() > 0.0
 
 
 def test_a_contact_that_did_not_act_and_got_lost_is_forgotten():
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])
+    contact.look(shifted(mesh, 0.05, 0.0))
     contact.look(shifted(mesh, 0.3, 0.0))
     assert len(contact.choice[0]) > 0
     far = shifted(mesh, 0.3, 30.0)
-    assert contact.look(far, keep=True) == (False, False)
+    assert not contact.look(far)
     found, _ = evaluate(contact, far.unknowns)
     assert found.min_gap > 0.0
 
@@ -169,30 +244,47 @@ def test_a_contact_that_did_not_act_and_got_lost_is_forgotten():
 def test_a_wall_that_came_through_in_one_move_is_a_contact_however_deep():
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])
-    contact.look(shifted(mesh, 0.9, 0.0), keep=True)
+    contact.look(shifted(mesh, 0.9, 0.0))
     through = shifted(mesh, -0.4, 0.0)
-    contact.look(through, keep=True)
+    contact.look(through)
     found, _ = evaluate(contact, through.unknowns)
     assert found.min_gap == pytest.approx(-0.4)
 
 
-def test_a_wall_that_appears_deep_from_the_side_is_seen_around_a_corner():
+@pytest.mark.parametrize("gap", [-0.4, -0.02])
+def test_a_wall_that_appears_behind_from_the_side_is_seen_around_a_corner(gap):
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])
-    behind = shifted(mesh, -0.4, 0.3)
-    for state in (shifted(mesh, 1.0, 30.0), shifted(mesh, -0.4, 30.0), behind, behind):
-        contact.look(state, keep=True)
+    behind = shifted(mesh, gap, 0.3)
+    for state in (shifted(mesh, 1.0, 30.0), shifted(mesh, gap, 30.0), behind, behind):
+        contact.look(state)
         assert len(contact.gaps) == 0
+
+
+def test_a_wall_that_is_pressed_in_stays_a_contact_where_it_slides_to_other_facets():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    contact.look(shifted(mesh, 0.05, 0.0))
+    kind, nodes = element_kind("quad9"), mesh.facet_set("walls").nodes
+    samples = (kind.shape(kind.quadrature_points) @ mesh.points[nodes[4:], :2]).reshape(-1, 2)
+    centre = mesh.points[mesh.points[:, 2] < 0.5, :2].mean(axis=0)
+    for sideways in np.linspace(0.0, 1.5, 7):
+        state = shifted(mesh, -0.02, sideways)
+        contact.look(state)
+        assert contact.gaps == pytest.approx(-0.02)
+        assert evaluate(contact, state.unknowns)[0].energy > 0.0
+        over = (np.abs(samples + np.array([sideways, 0.0]) - centre) < 2.0).all(axis=1)
+        assert np.isin(len(samples) + np.flatnonzero(over), contact.choice[0]).all()
 
 
 def test_where_a_wall_stood_is_taken_back_with_the_contacts():
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])
-    contact.look(shifted(mesh, 0.9, 0.0), keep=True)
+    contact.look(shifted(mesh, 0.9, 0.0))
     before = contact.choice
-    contact.look(shifted(mesh, -0.4, 30.0), keep=True)
+    contact.look(shifted(mesh, -0.4, 30.0))
     contact.choice = before
-    contact.look(shifted(mesh, -0.4, 0.0), keep=True)
+    contact.look(shifted(mesh, -0.4, 0.0))
     assert contact.gaps.min() == pytest.approx(-0.4)
 
 
@@ -321,7 +413,7 @@ def test_walls_that_were_far_apart_are_found_once_they_have_come_close():
     contact = SelfContact(mesh, ["walls"])
     contact.look(at(mesh, {3.0: 2.5}))
     assert len(contact.gaps) == 0
-    assert contact.look(at(mesh, {3.0: 0.05}), keep=True) == (True, True)
+    assert contact.look(at(mesh, {3.0: 0.05}))
     assert contact.gaps == pytest.approx(0.05)
 
 
@@ -333,11 +425,11 @@ def test_partners_are_not_kept_when_another_wall_has_taken_their_place():
     mesh = Mesh(np.vstack([lower, first, second]), (), (), facets)
     contact = SelfContact(mesh, ["walls"])
     near = at(mesh, {1.0: 0.05})
-    assert contact.look(near) == (True, True)
+    assert contact.look(near)
     evaluate(contact, near.unknowns)
     swapped = at(mesh, {1.0: 2.0, 2.0: 0.05})
     evaluate(contact, swapped.unknowns)
-    assert contact.look(swapped, keep=True)[0]
+    assert contact.look(swapped)
     found, _ = evaluate(contact, swapped.unknowns)
     assert found.min_gap == pytest.approx(0.05)
 

@@ -27,7 +27,7 @@ class Told:
     def tears_air(self, state):
         return False
 
-    def pair(self, state, keep):
+    def pair(self, state):
         return False
 
     def choices(self):

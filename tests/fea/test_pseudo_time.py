@@ -80,8 +80,8 @@ class Slipping:
         self.pattern = self.numbers[:, None]
         self.counted = []
 
-    def look(self, state, keep=False):
-        return False, False
+    def look(self, state):
+        return False
 
     def assemble(self, state, sink, found):
         slips = state.unknowns[self.numbers].mean() < self.until

@@ -45,7 +45,7 @@ def approach(
     history: list[float] = []
     try:
         state, found = _begun(model, guess, blend or [(1.0, guess.unknowns)], last)
-        for iteration in range(MOST):
+        for _ in range(MOST):
             borders = model.borders(state, control)
             history.append(model.error(state, found, borders))
             if history[-1] < NEAR:
@@ -56,7 +56,7 @@ def approach(
             model.evaluate(state)
             model.factorise(borders)
             step, _ = model.newton_step(state, borders)
-            state, found = _advanced(model, state, step, iteration < model.tolerance.pairings)
+            state, found = _advanced(model, state, step)
     finally:
         for solid in model.solids:
             solid.bind()
@@ -74,7 +74,7 @@ def _begun(model: Model, guess: State, blend: Blend, last: State | None) -> tupl
             solid.blend(strains, state.unknowns)
         if model.tears_air(state):
             continue
-        model.pair(state, keep=True)
+        model.pair(state)
         found = model.evaluate(state, stiff=False)
         if model.tolerance.admits(found):
             return state, found
@@ -89,7 +89,7 @@ def _between(start: State, end: State, share: float) -> State:
     )
 
 
-def _advanced(model: Model, state: State, step: State, pairing: bool) -> tuple[State, Evaluation]:
+def _advanced(model: Model, state: State, step: State) -> tuple[State, Evaluation]:
     """The state after a step, shortened until it is admitted; strains change as they do to first order.
 
     Raises StepFailed when no length tried is short enough.
@@ -102,8 +102,7 @@ def _advanced(model: Model, state: State, step: State, pairing: bool) -> tuple[S
     for share in TRIALS:
         trial = _between(state, end, share)
         if not model.tears_air(trial):
-            if pairing:
-                model.pair(trial, keep=True)
+            model.pair(trial)
             for solid, own in zip(model.solids, strains, strict=True):
                 changed = [(share * part, unknowns) for part, unknowns in whole]
                 solid.blend(changed, trial.unknowns, (1.0 - share) * own)

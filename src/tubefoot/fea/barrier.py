@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from tubefoot.fea.contact_point import add_contact
-from tubefoot.fea.fading import cross
+from tubefoot.fea.fading import cross, placed
 from tubefoot.fea.proximity import gap_along
 
 FloatArray = NDArray[np.float64]
@@ -56,7 +56,10 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     polynomials,
     own_shapes,
     barrier,
+    edges,
+    zones,
     fade,
+    stiff,
     residuals,
     matrices,
 ):
@@ -67,14 +70,17 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     row : (n,) element of the pair; places : (n, 2) in and out; gaps : (n,) out
     powers, coefficients : see `facet_powers`; polynomials : (n_facets, n_monomials, 3)
     own_shapes : (n_q, 3, n_nodes) shape functions and slopes of the samples in a facet
-    barrier : (reach, stiffness); fade : see `faded`
+    barrier : (reach, stiffness); edges : see `placed`, and zones : (n_facets, n_edges, 2); fade : see `faded`
+    stiff : whether the matrices are wanted
     residuals : (n_pairs, 6 n_nodes), matrices : (n_pairs, 6 n_nodes, 6 n_nodes) out
     """
     residuals[:] = 0.0
-    matrices[:] = 0.0
+    if stiff:
+        matrices[:] = 0.0
     n = own_shapes.shape[2]
     # X and its derivatives by s, t, ss, st, tt, sst, stt at the places opposite.
     surface, normal = np.empty((8, 3)), np.empty(3)
+    placing = np.empty(6)
     basis, shapes = np.empty((powers.shape[0], 6)), np.empty((6, n))
     rates, turns, tilts = np.empty((8, 6 * n)), np.empty((3, 6 * n)), np.empty((3, 6 * n))
     total, deepest = 0.0, np.inf
@@ -91,6 +97,9 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
             deepest = min(deepest, gap)
             continue
         s, t = place
+        placed(s, t, edges, zones[other], placing)
+        if placing[0] == 0.0:
+            continue
         surface[6:] = 0.0
         for m in range(powers.shape[0]):
             a, b = powers[m]
@@ -115,9 +124,11 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
             surface,
             own_shapes[which[contact]],
             shapes,
+            placing,
             weights[contact],
             barrier,
             fade,
+            stiff,
             rates,
             turns,
             tilts,
@@ -125,6 +136,6 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
             matrices[row[contact]],
         )
         total += energy
-        if share > 0.5:
+        if share > 0.5 and placing[0] >= 0.25:
             deepest = min(deepest, gap)
     return total, deepest

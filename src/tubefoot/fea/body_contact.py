@@ -19,7 +19,7 @@ from tubefoot.fea.contacts import UNFADED, Contacts, bounding_spheres
 from tubefoot.fea.elements import element_kind, gauss_line
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, find_opposite, outside_facet
+from tubefoot.fea.proximity import BEYOND, find_opposite, outside_facet
 from tubefoot.fea.touch import Touch, Unheard, across_area, quarters
 
 FloatArray = NDArray[np.float64]
@@ -29,6 +29,8 @@ SAMPLES = 5
 """Samples along each edge of a facet of the finger."""
 CLOSE = 0.5
 """Gap beyond the reach at which a sample has a partner already, since Newton moves the walls [mm]."""
+KEPT = 0.3
+"""How far outside its facet a place may have slid within a step: the facet goes on as the same polynomial."""
 REMEMBERED = 12
 """Facets near one sample that are prepared for."""
 
@@ -57,6 +59,8 @@ class BodyContact(Contacts):
         at = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
         nodes = np.vstack([wall, mesh.facet_set(skin).nodes])
         super().__init__(mesh, nodes, len(wall), element_kind("quad9"), at, barrier or Barrier())
+        # The skin is smooth: one facet at a time acts, wherever on it or beside it.
+        self._zones = np.broadcast_to(np.array([1e9, 2e9]), (len(nodes), 4, 2)).copy()
         self._direction = np.array(direction)
         # The direction does not turn with the wall: no slopes in the shape functions.
         self._shapes = np.ascontiguousarray(
@@ -69,18 +73,19 @@ class BodyContact(Contacts):
         first /= np.linalg.norm(first)
         self._tangents = np.array([first, np.cross(self._direction, first)])
 
-    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
-        """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
+    def look(self, state: State) -> bool:
+        """Choose the facets opposite anew where the choice no longer serves; whether so.
 
-        state : where to look; keep : leave the choice as it is where it still serves
+        state : where to look
         """
         hits, places, gaps, others = self._opposite(state, self.barrier.ahead, REMEMBERED)
-        if keep and self._serves(hits, gaps):
-            return False, False
+        if self._serves(hits, gaps):
+            return False
         sample = np.flatnonzero(gaps < self.barrier.reach + CLOSE)
-        grew = self._prepare(sample, hits[sample], others)
+        if not self._prepared(sample, hits[sample]).all():
+            self._prepare(sample, hits[sample], others)
         self._take(sample, hits[sample], places[sample], gaps[sample])
-        return True, grew
+        return True
 
     def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
         return np.broadcast_to(self._tangents, (len(self._sample), 2, 3)).copy()
@@ -90,7 +95,7 @@ class BodyContact(Contacts):
 
         state : a converged one
         """
-        self.look(state, keep=True)
+        self.look(state)
         self.assemble(state, Unheard(), Evaluation())
         nodal = np.zeros(self._rest.size)
         if len(self._sample):
@@ -111,7 +116,7 @@ class BodyContact(Contacts):
 
         state : a converged one
         """
-        self.look(state, keep=True)
+        self.look(state)
         self.assemble(state, Unheard(), Evaluation())
         pressure = np.zeros(len(self._own))
         pressure[self._sample] = self.barrier.pressure(self.gaps)
@@ -125,7 +130,7 @@ class BodyContact(Contacts):
 
         state : a converged one
         """
-        self.look(state, keep=True)
+        self.look(state)
         self.assemble(state, Unheard(), Evaluation())
         n = len(self._rest)
         push = self.areas[self._sample] * self.barrier.pressure(self.gaps)
@@ -179,6 +184,8 @@ class BodyContact(Contacts):
             skin[np.argsort(spheres[skin, axis])],
             axis,
             False,
+            self._edges,
+            np.full(self._zones.shape[:2], BEYOND),
             within,
             self.barrier.depth,
             hits,

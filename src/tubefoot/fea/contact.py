@@ -23,7 +23,7 @@ from tubefoot.fea.contacts import Contacts, Elements, bounding_spheres
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import KEPT, OPPOSED, find_opposite, follow_places
+from tubefoot.fea.proximity import BEYOND, OPPOSED, edge_zones, find_opposite, follow_places
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -32,7 +32,7 @@ MANY = 12
 """Facets opposite one sample that are remembered."""
 FULLY = 0.5
 """Cosine between two walls from which on they press each other as walls that face each other."""
-SHEETS = 4
+SHEETS = 8
 """Facets that one sample may press against at a time: more than one where folds meet."""
 
 
@@ -63,6 +63,8 @@ class SelfContact(Contacts):
         normals = self._area_vectors(mesh.points)
         shares = np.tile(kind.quadrature_weights, len(self.nodes))
         self.areas = 0.5 * shares * np.linalg.norm(normals, axis=1)
+        self._zones = edge_zones(kind, self.nodes, mesh.points)
+        self._extents = np.ascontiguousarray(self._zones[:, :, 1])
         self._looked_at: FloatArray | None = None
         self._clearance = 0.0
         rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
@@ -71,39 +73,32 @@ class SelfContact(Contacts):
             raise GeometryError(f"walls touch at rest: {where}, gap {gap:.3g} mm, must be at least 0.01 mm")
         self.barrier = replace(self.barrier, reach=min(self.barrier.reach, gap / 2))
 
-    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
-        """Choose the facets opposite anew: whether any that matters changed, and whether the pattern grew.
+    def look(self, state: State) -> bool:
+        """Choose the facets opposite anew; whether one acts that was not known.
 
         state : where to look
-        keep : leave a contact as it is where it still serves, though its sample slid over the facet's edge
         """
         if self._far(state):
-            return False, False
-        hits, places, gaps, others = self._opposite(state, self.barrier.ahead)
+            return False
+        hits, places, gaps, others = self._opposite(state, self.barrier.ahead, self._extents)
         before, self._looked_at = self._looked_at, state.unknowns[: self._rest.size].copy()
         self._clearance = min(float(gaps.min()), self.barrier.ahead)
         sample, slot = np.nonzero(gaps < self._close)
         facet, place, gap = hits[sample, slot], places[sample, slot], gaps[sample, slot]
-        if keep:
-            acted = self.gaps < self.barrier.reach
-            stays = self._staying(state)
-            new = self._unmet(sample, facet, stays)
-            deep = np.flatnonzero(new & (gap < -self.barrier.reach))
-            new[deep] = self._stood_before(before, sample[deep], facet[deep], place[deep])
-            acting = acted | (self.gaps < self.barrier.reach)
-            if stays[acting].all() and not (gap[new] < self.barrier.reach).any():
-                # Those that do not act may get lost beyond the horizon of their facet.
-                self._take(self._sample[stays], self._facet[stays], self._places[stays], self.gaps[stays])
-                return False, False
-            sample, facet = (
-                np.append(old[stays], found[new])
-                for old, found in ((self._sample, sample), (self._facet, facet))
-            )
-            place = np.vstack([self._places[stays], place[new]])
-            gap = np.append(self.gaps[stays], gap[new])
-        grew = self._prepare(sample, facet, others)
+        seen = (gap > 0.0) | self._continues(sample, facet, gap)
+        behind = np.flatnonzero(~seen)
+        seen[behind] = self._stood_before(before, sample[behind], facet[behind], place[behind])
+        sample, facet, place, gap = sample[seen], facet[seen], place[seen], gap[seen]
+        n = len(self.nodes)
+        new = ~np.isin(sample * n + facet, self._sample * n + self._facet)
+        changed = bool((gap[new] < self.barrier.reach).any())
+        able = self._prepared(sample, facet)
+        if (gap[~able] < self.barrier.reach).any():
+            self._prepare(sample, facet, others)
+        else:
+            sample, facet, place, gap = sample[able], facet[able], place[able], gap[able]
         self._take(sample, facet, place, gap)
-        return True, grew
+        return changed
 
     @property
     def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray, Elements, FloatArray | None]:
@@ -122,17 +117,18 @@ class SelfContact(Contacts):
         sample, facet, places, gaps, self._elements, self._looked_at = kept
         self._take(sample, facet, places.copy(), gaps.copy())
 
-    def _staying(self, state: State) -> NDArray[np.bool_]:
-        """Which contacts still serve, though they slid a little over an edge; their places are followed."""
-        positions = self._positions(state)
-        outside = self._follow(positions, self._sample, self._facet, self._places, self.gaps)
-        near = (self.gaps < self._close) & (self.gaps > -self.barrier.depth)
-        return np.asarray(near & (outside <= KEPT))
+    def _continues(self, sample: IntArray, facet: IntArray, gap: FloatArray) -> NDArray[np.bool_]:
+        """Which overlaps go on from a contact of the same sample, as deep, on the same facet or beside it."""
+        known = np.zeros(len(sample), dtype=bool)
+        for k in np.flatnonzero(gap < 0.0):
+            alike = (self._sample == sample[k]) & (np.abs(self.gaps - gap[k]) < self.barrier.reach)
+            known[k] = np.isin(self.nodes[self._facet[alike]], self.nodes[facet[k]]).any()
+        return known
 
     def _stood_before(
         self, looked_at: FloatArray | None, sample: IntArray, facet: IntArray, place: FloatArray
     ) -> NDArray[np.bool_]:
-        """Of contacts that appear deep: whether the wall stood in front at the last look, and came through.
+        """Of overlaps that appear: whether the wall stood in front at the last look, and came through.
 
         One that did not is seen around a corner, through the sample's own wall.
         """
@@ -160,15 +156,6 @@ class SelfContact(Contacts):
         )
         return outside
 
-    def _unmet(self, sample: IntArray, facet: IntArray, stays: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which possible contacts are no continuation of one that stays, over an edge to a neighbour."""
-        n = len(self.nodes)
-        unmet = ~np.isin(sample * n + facet, (self._sample * n + self._facet)[stays])
-        for k in np.flatnonzero(unmet):
-            partners = self._facet[stays & (self._sample == sample[k])]
-            unmet[k] = not np.isin(self.nodes[partners], self.nodes[facet[k]]).any()
-        return unmet
-
     def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
         return self._tangents(positions)[self._sample]
 
@@ -179,7 +166,7 @@ class SelfContact(Contacts):
 
         state : where to look; within : largest gap looked for [mm]
         """
-        hits, _, gaps, _ = self._opposite(state, within, remembered=0)
+        hits, _, gaps, _ = self._opposite(state, within, np.full(self._zones.shape[:2], BEYOND), remembered=0)
         sample, slot = np.unravel_index(int(np.argmin(gaps)), gaps.shape)
         if hits[sample, slot] < 0:
             return float("inf"), ""
@@ -207,7 +194,7 @@ class SelfContact(Contacts):
         return np.cross(tangents[:, 0], tangents[:, 1])
 
     def _opposite(
-        self, state: State, within: float, remembered: int = MANY
+        self, state: State, within: float, extents: FloatArray, remembered: int = MANY
     ) -> tuple[IntArray, FloatArray, FloatArray, IntArray]:
         """Of each sample: facets that its normal meets (-1 for none), places, gaps, neighbours found."""
         positions = self._positions(state)
@@ -232,6 +219,8 @@ class SelfContact(Contacts):
             np.argsort(spheres[:, axis]),
             axis,
             self._triangle,
+            self._edges,
+            extents,
             within,
             self.barrier.depth,
             hits,

@@ -5,8 +5,8 @@ solved for z = (g, s, t), J = dF/dz, a the first row of its inverse,
 
     z_u = -J^-1 F_u,   g_uv = -a . (g_u n_v + g_v n_u + g n_uv - second derivatives of X),
 
-so residual and tangent are exactly those of the barrier's energy w(g) times the weight of `fading`. With the
-other rows, s_uv and t_uv, which the weight needs, have the same form: one vector `pulled` stands for all.
+so residual and tangent are exactly those of the energy E(g, s, t, c) of `fading`. With the other rows, s_uv
+and t_uv, which the weights need, have the same form: one vector `pulled` stands for all.
 """
 
 from __future__ import annotations
@@ -19,13 +19,28 @@ from tubefoot.fea.fading import add_fading, add_tilts, cross, dot, faded, times_
 
 @njit(cache=True, error_model="numpy")
 def add_contact(  # type: ignore[no-untyped-def]
-    gap, tangents, surface, own, other, weight, barrier, fade, rates, turns, tilts, residual, matrix
+    gap,
+    tangents,
+    surface,
+    own,
+    other,
+    placing,
+    weight,
+    barrier,
+    fade,
+    stiff,
+    rates,
+    turns,
+    tilts,
+    residual,
+    matrix,
 ):
-    """Add a sample's energy to an element of both facets' nodes; the energy [mJ] and its weight.
+    """Add a sample's energy to an element of both facets' nodes; the energy [mJ] and its weight by the angle.
 
     gap : below the reach; tangents : (2, 3) of the own facet; surface : (8, 3), see `assemble_contacts`
     own : (3, n) shape functions and their slopes at the sample; other : (6, n) opposite, up to second slopes
-    weight : undeformed area [mm^2]; barrier : (reach, stiffness); fade : see `faded`
+    placing : (6,) of `placed`; weight : undeformed area [mm^2]; barrier : (reach, stiffness)
+    fade : see `faded`; stiff : whether the matrix is wanted
     rates : (8, 6 n), turns, tilts : (3, 6 n) scratch; residual : (6 n,), matrix : (6 n, 6 n) in and out
     """
     reach, stiffness = barrier
@@ -46,26 +61,37 @@ def add_contact(  # type: ignore[no-untyped-def]
     facing /= area
     cosine = -(normal[0] * facing[0] + normal[1] * facing[1] + normal[2] * facing[2])
     share, slope, bend = faded(cosine, fade)
-    if share == 0.0:
+    if share == 0.0 or placing[0] == 0.0:
         return 0.0, 0.0
     fading = slope != 0.0 or bend != 0.0
+    # Derivatives of the energy by g, s, t and the cosine, first and second.
+    by, by_both = np.empty(4), np.empty((4, 4))
+    by[0], by[3] = placing[0] * share * first, placing[0] * slope * energy
+    by_both[0, 0], by_both[3, 3] = placing[0] * share * second, placing[0] * bend * energy
+    by_both[0, 3] = by_both[3, 0] = placing[0] * slope * first
+    for z in range(2):
+        by[1 + z] = placing[1 + z] * share * energy
+        by_both[0, 1 + z] = by_both[1 + z, 0] = placing[1 + z] * share * first
+        by_both[3, 1 + z] = by_both[1 + z, 3] = placing[1 + z] * slope * energy
+        by_both[1 + z, 1 + z] = placing[3 + 2 * z] * share * energy
+    by_both[1, 2] = by_both[2, 1] = placing[4] * share * energy
     cross(normal, surface[2], dual[1])
     cross(surface[1], normal, dual[2])
     dual /= normal[0] * dual[0, 0] + normal[1] * dual[0, 1] + normal[2] * dual[0, 2]
     # Changes of the other facet's area vector with s and t, and of the cosine with that vector.
     along_s, along_t, by_area = np.zeros(3), np.zeros(3), np.zeros(3)
-    pulled = share * first * dual[0]
+    pulled = by[0] * dual[0] + by[1] * dual[1] + by[2] * dual[2]
     if fading:
         turn_of_area(surface, along_s, along_t)
         for m in range(3):
             by_area[m] = -(normal[m] + cosine * facing[m]) / area
         of_s, of_t = dot(by_area, along_s), dot(by_area, along_t)
         for m in range(3):
-            pulled[m] += slope * energy * (of_s * dual[1, m] + of_t * dual[2, m])
+            pulled[m] += by[3] * (of_s * dual[1, m] + of_t * dual[2, m])
     # What the second derivative of the normal is multiplied with.
     bent_normal = -gap * pulled
     if fading:
-        bent_normal -= slope * energy * facing
+        bent_normal -= by[3] * facing
     straight = dot(bent_normal, normal)
     # Rates by each unknown: g, s, t; bent_normal . n; the logarithm of |c|, c the area vector; pulled . n;
     # the cosine; turns: n itself, tilts: the other facet's area vector.
@@ -96,14 +122,25 @@ def add_contact(  # type: ignore[no-untyped-def]
         for p in range(2 * size):
             for m in range(3):
                 rates[6, p] += by_area[m] * tilts[m, p] - facing[m] * turns[m, p]
+    for p in range(2 * size):
+        residual[p] += by[0] * rates[0, p] + by[1] * rates[1, p] + by[2] * rates[2, p] + by[3] * rates[6, p]
+    if not stiff:
+        return placing[0] * share * energy, share
     across, bent = np.empty(3), np.empty((2, 2))
     for m in range(3):
         across[m] = (bent_normal[m] - straight * normal[m]) / length
     bent[0, 0] = dot(pulled, surface[3])
     bent[0, 1] = bent[1, 0] = dot(pulled, surface[4])
     bent[1, 1] = dot(pulled, surface[5])
+    pushed = np.empty(4)
     for p in range(2 * size):
-        residual[p] += share * first * rates[0, p] + slope * energy * rates[6, p]
+        for z in range(4):
+            pushed[z] = (
+                by_both[z, 0] * rates[0, p]
+                + by_both[z, 1] * rates[1, p]
+                + by_both[z, 2] * rates[2, p]
+                + by_both[z, 3] * rates[6, p]
+            )
         node_p, i = (p % size) // 3, p % 3
         for q in range(2 * size):
             node_q, j = (q % size) // 3, q % 3
@@ -115,7 +152,13 @@ def add_contact(  # type: ignore[no-untyped-def]
                     value -= rates[1 + s, q] * other[1 + s, node_p] * pulled[i]
                 for t in range(2):
                     value -= bent[s, t] * rates[1 + s, p] * rates[1 + t, q]
-            value = share * second * rates[0, p] * rates[0, q] - value
+            value = (
+                pushed[0] * rates[0, q]
+                + pushed[1] * rates[1, q]
+                + pushed[2] * rates[2, q]
+                + pushed[3] * rates[6, q]
+                - value
+            )
             if p < size and q < size:
                 if i != j:
                     sign = 1.0 if (i + 1) % 3 == j else -1.0
@@ -133,10 +176,10 @@ def add_contact(  # type: ignore[no-untyped-def]
             area,
             cosine,
             by_area,
-            (slope * first, bend * energy, slope * energy),
+            by[3],
             rates,
             turns,
             tilts,
             matrix,
         )
-    return share * energy, share
+    return placing[0] * share * energy, share

@@ -16,7 +16,7 @@ from tubefoot.fea.barrier import Barrier, assemble_contacts
 from tubefoot.fea.elements import ElementKind
 from tubefoot.fea.items import Evaluation, Sink, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import facet_powers
+from tubefoot.fea.proximity import facet_edges, facet_powers
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -59,13 +59,15 @@ class Contacts:
     areas: FloatArray
     _fade: tuple[float, float]
     """Cosines between the walls at which a contact weighs nothing and all; see `fading.faded`."""
+    _zones: FloatArray
+    """(n_facets, n_edges, 2) where contacts fade across edges; see `fading.placed`."""
     _shapes: FloatArray
     """(n, 3, n_nodes) shape functions at the samples and the slopes by which the wall's direction turns."""
 
     def __init__(
         self, mesh: Mesh, nodes: IntArray, n_sampled: int, kind: ElementKind, at: FloatArray, barrier: Barrier
     ):
-        """Begin without contacts; who derives sets `areas` and `_shapes`.
+        """Begin without contacts; who derives sets `areas`, `_shapes` and `_zones`.
 
         mesh : the mesh; nodes : (n_facets, n) of all facets; n_sampled : the first so many carry samples
         kind : of the facets; at : (n, 2) reference coordinates of the samples of a facet
@@ -74,6 +76,7 @@ class Contacts:
         self.barrier, self.nodes, self.convex = barrier, np.ascontiguousarray(nodes), False
         self._rest = mesh.points
         self._powers, self._coefficients = facet_powers(kind)
+        self._edges = facet_edges(kind)
         self._shape = np.ascontiguousarray(kind.shape(at))
         self._sampled_nodes = self.nodes[:n_sampled]
         self._own = np.repeat(np.arange(n_sampled), len(at))
@@ -112,7 +115,10 @@ class Contacts:
             self._coefficients @ positions[self.nodes],
             self._shapes,
             (self.barrier.reach, self.barrier.stiffness),
+            self._edges,
+            self._zones,
             self._fade,
+            sink.stiff,
             self._elements.residuals,
             self._elements.matrices,
         )
@@ -138,20 +144,21 @@ class Contacts:
         self._sample, self._facet, self._places, self.gaps = sample, facet, places, gaps
         self._row = np.searchsorted(self._elements.pairs, self._own[sample] * len(self.nodes) + facet)
 
-    def _prepare(self, sample: IntArray, facet: IntArray, others: IntArray) -> bool:
-        """Whether contacts needed new elements; then the facets near their samples, `others`, got theirs too.
+    def _prepared(self, sample: IntArray, facet: IntArray) -> NDArray[np.bool_]:
+        """Which contacts have an element."""
+        return np.isin(self._own[sample] * len(self.nodes) + facet, self._elements.pairs)
 
-        Elements that none needs any more are dropped then: each makes the factorisation dearer.
+    def _prepare(self, sample: IntArray, facet: IntArray, others: IntArray) -> None:
+        """Make elements for contacts, and for the facets near their samples, `others`.
+
+        Elements that none needs any more are dropped: each makes the factorisation dearer.
         """
         n = len(self.nodes)
         keys = self._own[sample] * n + facet
-        if np.isin(keys, self._elements.pairs).all():
-            return False
         mine = np.unique(sample)
         near, neighbour = np.nonzero(others[mine] >= 0)
         found = self._own[mine[near]] * n + others[mine[near], neighbour]
         self._elements = Elements.of(np.union1d(found, keys), self.nodes)
-        return True
 
     def _positions(self, state: State) -> FloatArray:
         return self._rest + state.unknowns[: self._rest.size].reshape(-1, 3)

@@ -78,13 +78,13 @@ class Model:
         self.timings.analysis += time.perf_counter() - started
         self.timings.analyses += 1
 
-    def pair(self, state: State, keep: bool = False) -> bool:
+    def pair(self, state: State) -> bool:
         """Let contacts choose their partners; whether any choice that matters changed.
 
-        state : where they look; keep : leave choices as they are where they still serve
+        state : where they look
         """
         started = time.perf_counter()
-        changed = [pairing.look(state, keep)[0] for pairing in self.pairings]
+        changed = [pairing.look(state) for pairing in self.pairings]
         self.timings.pairing += time.perf_counter() - started
         return any(changed)
 

@@ -1,10 +1,14 @@
-"""How a contact fades that is seen edge-on: its weight by the angle between the walls (compiled).
+"""How a contact fades: its weight by the place on the facet, and by the angle between the walls (compiled).
+
+Facets meet at a kink where a curved wall deforms, and a sample that slides from one to the next would feel a
+jump of force there. So its energy w(g) goes over smoothly: around an edge both facets act, each continued as
+the same polynomial, with weights p(s, t) that fall across the edge and add up to one.
 
 The gap along a wall's normal n loses its meaning where the other wall, with unit normal e, stands across: it
-grows beyond bounds there, and its stiffness with it. The energy w(g) is multiplied by a weight f(c) of the
-cosine c = -n . e, 0 at some angle and 1 from another on, with two continuous derivatives between:
+grows beyond bounds there, and its stiffness with it. So there is a weight f(c) of the cosine c = -n . e too,
+0 at some angle and 1 from another on. Both have two continuous derivatives, and the energy is
 
-    E = f w,     E_uv = (f w)_gg .. + f' w' (g_u c_v + c_u g_v) + w (f'' c_u c_v + f' c_uv).
+    E(g, s, t, c) = p(s, t) f(c) w(g).
 
 With the area vector m = X_s x X_t, e = m / |m|, the derivatives of c are those by n and by m, and m changes
 with the nodes of its facet and with the place (s, t) that the gap's line meets.
@@ -26,6 +30,29 @@ def faded(cosine, fade):  # type: ignore[no-untyped-def]
     x = min(max((cosine - fade[0]) / width, 0.0), 1.0)
     weight = x * x * x * (10.0 + x * (6.0 * x - 15.0))
     return weight, 30.0 * (x * (1.0 - x)) ** 2 / width, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / width**2
+
+
+@njit(cache=True, error_model="numpy")
+def placed(s, t, edges, zones, weight):  # type: ignore[no-untyped-def]
+    """Write the weight of a contact by its place on a facet, and its derivatives.
+
+    s, t : reference coordinates; edges : (n, 3) each edge's a, b, c: a s + b t + c is negative inside
+    zones : (n, 2) how far outside each edge it begins to fall, and ends; weight : (6,) out p, p_s, p_t, p_ss,
+    p_st, p_tt
+    """
+    weight[:] = 0.0
+    weight[0] = 1.0
+    for k in range(edges.shape[0]):
+        a, b, c = edges[k]
+        share, slope, bend = faded(-(a * s + b * t + c), (-zones[k, 1], -zones[k, 0]))
+        slope = -slope
+        p, p_s, p_t = weight[0], weight[1], weight[2]
+        weight[3] = weight[3] * share + 2.0 * a * slope * p_s + a * a * bend * p
+        weight[4] = weight[4] * share + slope * (a * p_t + b * p_s) + a * b * bend * p
+        weight[5] = weight[5] * share + 2.0 * b * slope * p_t + b * b * bend * p
+        weight[1] = p_s * share + a * slope * p
+        weight[2] = p_t * share + b * slope * p
+        weight[0] = p * share
 
 
 @njit(cache=True, error_model="numpy")
@@ -96,15 +123,14 @@ def add_tilts(surface, other, along_s, along_t, rates, tilts):  # type: ignore[n
 
 @njit(cache=True, error_model="numpy")
 def add_fading(  # type: ignore[no-untyped-def]
-    surface, other, normal, facing, area, cosine, by_area, factors, rates, turns, tilts, matrix
+    surface, other, normal, facing, area, cosine, by_area, by_cosine, rates, turns, tilts, matrix
 ):
-    """Add what the changing weight contributes to the stiffness.
+    """Add what the cosine's second derivative contributes to the stiffness, beside that by s and t's.
 
     surface, other, rates, turns, tilts, matrix : see `add_contact`; normal, facing : of both facets
     area : length of the other's area vector; cosine : between them; by_area : its derivative by that vector
-    factors : weight' w', weight'' w and weight' w
+    by_cosine : dE/dc
     """
-    mixed, curved, plain = factors
     size = matrix.shape[0] // 2
     vector, change = np.empty(3), np.empty(3)
     # Second derivatives of the area vector by s and t, along by_area.
@@ -162,8 +188,4 @@ def add_fading(  # type: ignore[no-untyped-def]
                 value += slid[z, p] * rates[1 + z, q] + slid[z, q] * rates[1 + z, p]
                 for y in range(2):
                     value += of[z, y] * rates[1 + z, p] * rates[1 + y, q]
-            matrix[p, q] += (
-                plain * value
-                + mixed * (rates[0, p] * rates[6, q] + rates[6, p] * rates[0, q])
-                + curved * rates[6, p] * rates[6, q]
-            )
+            matrix[p, q] += by_cosine * value

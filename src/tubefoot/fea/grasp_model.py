@@ -182,7 +182,7 @@ def build_grasp(design: FingerDesign, settings: SolveSettings, grasp: GraspSetti
         solids.append(Solid(mesh, {"*": law}, 1, "continuous", 3 * len(mesh.points) + solids[0].n_own))
     walls = contact_walls(mesh, settings.contact_reach_mm)
     items += walls if settings.self_contact else []
-    tolerance = Tolerance(min_gap=TRIAL_GAP * grasp.reach_mm, pairings=24)
+    tolerance = Tolerance(min_gap=TRIAL_GAP * grasp.reach_mm)
     model = Model(mesh, solids, clamped, _cavities(mesh, settings), Drive.pump(), items, tolerance)
     tip = SectionRotation(mesh, mesh.facet_set("tip").points)
     line = Centreline(alone, profile.bellows_length, profile.pitch)

@@ -92,10 +92,10 @@ class Pairing(Item, Protocol):
 
     convex: bool
 
-    def look(self, state: State, keep: bool = False) -> tuple[bool, bool]:
-        """Choose the elements anew: whether any that matters changed, and whether the pattern grew.
+    def look(self, state: State) -> bool:
+        """Choose the elements anew; whether any that matters changed.
 
-        state : where to look; keep : leave the choice as it is where it still serves
+        state : where to look
         """
 
 

@@ -44,7 +44,7 @@ def converge(model: Model, guess: State, control: Control) -> Step:
         borders = model.borders(state, control)
         error = model.error(state, found, borders)
         history.append(error)
-        if error < 1.0 and model.pair(state, keep=True):
+        if error < 1.0 and model.pair(state):
             found = model.evaluate(state, stiff=False)
             borders = model.borders(state, control)
             error = model.error(state, found, borders)
@@ -61,7 +61,7 @@ def converge(model: Model, guess: State, control: Control) -> Step:
                 found = model.evaluate(state)
             model.factorise(borders)
         step, tangent = model.newton_step(state, borders)
-        state, found = advanced(model, state, step, iteration < tolerance.pairings)
+        state, found = advanced(model, state, step)
     raise StepFailed(f"no convergence in {tolerance.iterations} iterations, residual {history[-1]:.1e}")
 
 
@@ -100,18 +100,17 @@ def admitted(model: Model, state: State) -> Evaluation:
     """
     if model.tears_air(state):
         raise StepFailed("the pressure of an air column is at absolute vacuum")
-    model.pair(state, keep=True)
+    model.pair(state)
     found = model.evaluate(state, stiff=False)
     if not model.tolerance.admits(found):
         raise StepFailed(model.tolerance.complaint(found))
     return found
 
 
-def advanced(model: Model, state: State, step: State, pairing: bool) -> tuple[State, Evaluation]:
+def advanced(model: Model, state: State, step: State) -> tuple[State, Evaluation]:
     """The state after a step, shortened until it is admitted and no air column is torn apart.
 
     model : what is solved; state : before; step : the change
-    pairing : whether contacts may choose other partners
 
     Raises StepFailed, contacts as they were, when no length tried is short enough.
     """
@@ -123,8 +122,7 @@ def advanced(model: Model, state: State, step: State, pairing: bool) -> tuple[St
             state.parameter + fraction * step.parameter,
         )
         if not model.tears_air(trial):
-            if pairing:
-                model.pair(trial, keep=True)
+            model.pair(trial)
             found = model.evaluate(trial, stiff=False)
             if model.tolerance.admits(found):
                 return trial, found

@@ -21,8 +21,8 @@ OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
 BEYOND = 1e-9
 """How far outside a facet's edge, in reference units, a place still belongs to it."""
-KEPT = 0.3
-"""How far outside it may have slid within a step: there the facet goes on as the same polynomial."""
+ZONE = 0.125
+"""Half the width of the zone around an edge in which two facets act, over the width of the narrower one."""
 NEIGHBOUR = 0.7
 """How far outside it may lie for the facet to be one that the point may soon slide onto."""
 
@@ -155,6 +155,14 @@ def _touch(nodes, first, second):  # type: ignore[no-untyped-def]
     return False
 
 
+@njit(cache=True)
+def _belongs(place, edges, extents):  # type: ignore[no-untyped-def]
+    for k in range(edges.shape[0]):
+        if edges[k, 0] * place[0] + edges[k, 1] * place[1] + edges[k, 2] > extents[k]:
+            return False
+    return True
+
+
 @njit(cache=True, parallel=True)
 def find_opposite(  # type: ignore[no-untyped-def]
     points,
@@ -168,6 +176,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     order,
     axis,
     triangle,
+    edges,
+    extents,
     reach,
     depth,
     hits,
@@ -181,7 +191,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     nodes : (n_facets, n_nodes); powers, polynomials : (n_facets, n_monomials, 3) of the facets
     spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
     order : facets sorted by centre along `axis`
-    triangle : kind of facet; reach, depth : largest gap and largest penetration looked for [mm]
+    triangle : kind of facet; edges : see `placed`; extents : (n_facets, n_edges) how far outside of each edge
+        a place still belongs to the facet; reach, depth : largest gap and largest penetration looked for [mm]
     hits : (n_samples, m) out, facets, -1 padded; places : (n_samples, m, 2) out; gaps : (n_samples, m) out
     others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 facets
         farther off than one already found are left out
@@ -227,7 +238,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
             if count < others.shape[1]:
                 others[sample, count] = candidate
                 count += 1
-            if outside <= BEYOND and met < hits.shape[1]:
+            if met < hits.shape[1] and _belongs(place, edges, extents[candidate]):
                 hits[sample, met] = candidate
                 places[sample, met] = place
                 gaps[sample, met] = gap
@@ -243,3 +254,38 @@ def facet_powers(kind: ElementKind) -> tuple[IntArray, FloatArray]:
     powers = np.ascontiguousarray(kind.monomials[:, :2])
     values = np.prod(kind.nodes[:, None, :] ** powers[None], axis=2)
     return powers, np.ascontiguousarray(np.linalg.inv(values))
+
+
+def facet_edges(kind: ElementKind) -> FloatArray:
+    """The edges of a facet kind, (n_edges, 3): a, b, c of each; a s + b t + c is 0 there, negative inside.
+
+    kind : of the facets
+    """
+    if kind.n_corners == 3:
+        return np.array([[0.0, -1.0, 0.0], [1.0, 1.0, -1.0], [-1.0, 0.0, 0.0]])
+    return np.array([[0.0, -1.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0], [-1.0, 0.0, -1.0]])
+
+
+def edge_zones(kind: ElementKind, nodes: IntArray, points: FloatArray) -> FloatArray:
+    """How far outside each edge of a facet its contacts begin to fade, and where they end, (n, n_edges, 2).
+
+    Two facets share their edge's zone, as wide on both sides, so that their weights add up to one; where a
+    facet has no neighbour, as at a plane of symmetry, the zone lies outside.
+
+    kind : of the facets; nodes : (n, n_nodes); points : (n_points, 3) at rest
+    """
+    edges, n_corners = facet_edges(kind), kind.n_corners
+    size = 1.0 if n_corners == 3 else 2.0
+    ends = np.array([[k, (k + 1) % n_corners] for k in range(n_corners)])
+    slopes = np.einsum("ead,fai->fedi", kind.shape_gradient(kind.nodes[ends].mean(axis=1)), points[nodes])
+    along = edges[:, 0, None] * slopes[:, :, 1] - edges[:, 1, None] * slopes[:, :, 0]
+    areas = np.linalg.norm(np.cross(slopes[:, :, 0], slopes[:, :, 1]), axis=2)
+    across = areas / np.linalg.norm(along, axis=2)
+    # The same edge has the same two corners.
+    corners = np.sort(nodes[:, ends], axis=2).reshape(-1, 2)
+    _, edge, shared = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
+    narrowest = np.full(len(shared), np.inf)
+    np.minimum.at(narrowest, edge.ravel(), across.ravel())
+    zone = ZONE * size * narrowest[edge.ravel()].reshape(across.shape) / across
+    alone = (shared == 1)[edge.ravel()].reshape(across.shape)
+    return np.stack([np.where(alone, 0.0, -zone), np.where(alone, 0.5 * zone, zone)], axis=2)

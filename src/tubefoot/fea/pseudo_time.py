@@ -35,10 +35,8 @@ MOST = 60
 """Iterations after which there is no rest."""
 LONGEST = 0.3
 """Largest displacement in one iteration over the size of a cell (the cube root of the median volume)."""
-NEAR = 1e5
-"""Error over the tolerance below which such a state keeps its contacts until it has converged."""
 CONVEX = 3e5
-"""The same above which contacts whose stiffness was made convex once stay so."""
+"""Error over the tolerance above which contacts whose stiffness was made convex once stay so."""
 DEEPER = 0.05
 """By how much a penetration may grow in one iteration [mm]: deep ones throw walls apart in the next."""
 TOO_FAR = 0.5
@@ -47,8 +45,6 @@ SHORTEST, CUTS = 0.2, 3
 """Least factor of a cut, and how often a step is cut."""
 HARDER, EASIER = 4.0, 0.1
 """Factors on the drag after a step that led too far, and after another one."""
-SHORT = 0.1
-"""Displacement over the longest one below which the structure is nearly at rest, whatever the forces do."""
 NO_DRAG = 1e-6
 """Density over the first one below which there is none."""
 LEAST = 0.01
@@ -61,7 +57,6 @@ AFTER_REFUSAL, REFUSALS = 8.0, 5
 class _Drag:
     """The drag as it goes: its density [N/mm per mm^3] and that of the beginning.
 
-    error : at the present state
     length : of the last step over the longest one, before it was cut; too_far : whether it had led too far
     convex : whether contacts count without what makes them unstable
     refused : steps in a row that led nowhere
@@ -69,7 +64,6 @@ class _Drag:
 
     density: float
     first: float
-    error: float = np.inf
     length: float = 1.0
     too_far: bool = False
     convex: bool = False
@@ -87,7 +81,6 @@ class _Drag:
         if self.density < NO_DRAG * self.first:
             self.density = 0.0
         self.convex = self.convex and error > CONVEX
-        self.error = error
 
     def raise_density(self) -> None:
         """Hold the structure much more."""
@@ -190,7 +183,7 @@ class PseudoTime:
             borders = model.borders(state, control)
             error = model.error(state, found, borders)
             history.append(error)
-            if error < 1.0 and not model.pair(state, keep=True):
+            if error < 1.0 and not model.pair(state):
                 # Of the last factors the drag was part.
                 found = model.evaluate(state)
                 model.factorise(model.borders(state, Control("parameter", state.parameter)))
@@ -229,12 +222,10 @@ class PseudoTime:
     def _gone(self, state: State, way: _Way, drag: _Drag) -> tuple[State, Evaluation]:
         """The state so far along a step that little force is left along it."""
         model, choices = self.model, self.model.choices()
-        # Nearly at rest a point that slides to and fro over an edge would keep the whole from settling.
-        pairing = drag.length > SHORT or drag.error > NEAR
         share = 1.0 / max(drag.length, 1.0)
         drag.too_far = False
         for _ in range(CUTS):
-            moved, found = advanced(model, state, way.part(share), pairing)
+            moved, found = advanced(model, state, way.part(share))
             gone = way.gone(moved.unknowns - state.unknowns)
             slope = way.slope(model.system.residual, gone)
             if slope < TOO_FAR:
@@ -242,7 +233,7 @@ class PseudoTime:
             drag.too_far = True
             model.choose(choices)
             share = gone * max(1.0 / (1.0 + slope), SHORTEST)
-        return advanced(model, state, way.part(share), pairing)
+        return advanced(model, state, way.part(share))
 
     def _hold(self, state: State, borders: Borders, drag: _Drag) -> None:
         """Factorise with drag enough that the structure is stable under it: else it would be led uphill."""

@@ -25,7 +25,6 @@ class Tolerance:
     iterations : iterations before a step is given up
     min_jacobian : smallest det F that a trial state may have; below it the step is shortened
     min_gap : deepest penetration of a contact that a trial state may have, negative [mm]
-    pairings : iterations of a step in which contacts may choose other partners
     """
 
     force: float = 1e-7
@@ -33,7 +32,6 @@ class Tolerance:
     iterations: int = 24
     min_jacobian: float = 0.1
     min_gap: float = -0.3
-    pairings: int = 8
 
     def admits(self, found: Evaluation) -> bool:
         """Whether a trial state is one from which Newton may go on.
