@@ -29,7 +29,7 @@ class Barrier:
     """
 
     reach: float = 0.1
-    stiffness: float = 12.0
+    stiffness: float = 6.0
     depth: float = 0.6
     ahead: float = 1.2
 
