@@ -185,25 +185,31 @@ def test_facets_share_the_zone_around_their_edge(kind):
     """On a line over an edge, away from the corners, the weights of its two facets add up to one."""
     nodes = patch(kind, 0.0, True, 0)
     stretched = nodes[0] * [1.0, 1.0, 0.0]
-    stretched[:, 0] += 0.3 * stretched[:, 0] ** 2
+    stretched[:, 0] += np.maximum(stretched[:, 0] - 1.0, 0.0)
     zones, edges = edge_zones(element_kind(kind), nodes[1], stretched), facet_edges(element_kind(kind))
     corners = element_kind(kind).n_corners
     ends = [{int(f[k]), int(f[(k + 1) % corners])} for f in nodes[1] for k in range(corners)]
     shared = [k for k, pair in enumerate(ends) if ends.count(pair) == 2]
     assert shared
-    found = np.empty(6)
+    found, widths = np.empty(6), {}
     for k in shared:
         facet, edge = divmod(k, corners)
         width = zones[facet, edge, 1]
         assert zones[facet, edge, 0] == pytest.approx(-width)
         at = element_kind(kind).nodes[[edge, (edge + 1) % corners]].mean(axis=0)
         out = edges[edge, :2] / (edges[edge, :2] @ edges[edge, :2])
+        along = np.array([-edges[edge, 1], edges[edge, 0]])
+        places = at + 1e-5 * np.array([0.0 * out, width * out, along])
+        middle, aside, tangent = element_kind(kind).shape(places) @ stretched[nodes[1][facet]]
+        across = np.linalg.norm(np.cross(aside - middle, tangent - middle)) / np.linalg.norm(tangent - middle)
+        widths.setdefault(frozenset(ends[k]), []).append(across / 1e-5)
         for share in (-1.0, -0.4, 0.0, 0.7, 1.0):
             placed(*(at + share * width * out), edges, zones[facet], found)
             here = found[0]
             placed(*(at - share * width * out), edges, zones[facet], found)
             assert here + found[0] == pytest.approx(1.0, abs=1e-12)
             assert (here > 0.5) == (share < 0.0) or share == 0.0
+    assert all(one == pytest.approx(other, rel=1e-3) for one, other in widths.values())
     alone = [divmod(k, corners) for k, pair in enumerate(ends) if ends.count(pair) == 1]
     assert all(zones[facet, edge, 0] == 0.0 < zones[facet, edge, 1] for facet, edge in alone)
 
