@@ -29,7 +29,7 @@ class Barrier:
     """
 
     reach: float = 0.1
-    stiffness: float = 6.0
+    stiffness: float = 12.0
     depth: float = 0.6
     ahead: float = 1.2
 
@@ -70,7 +70,8 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     row : (n,) element of the pair; places : (n, 2) in and out; gaps : (n,) out
     powers, coefficients : see `facet_powers`; polynomials : (n_facets, n_monomials, 3)
     own_shapes : (n_q, 3, n_nodes) shape functions and slopes of the samples in a facet
-    barrier : (reach, stiffness); edges : see `placed`, and zones : (n_facets, n_edges, 2); fade : see `faded`
+    barrier : (reach, stiffness); edges : see `placed`, and zones : (n_facets, n_edges, 2)
+    fade : see `add_contact`
     stiff : whether the matrices are wanted
     residuals : (n_pairs, 6 n_nodes), matrices : (n_pairs, 6 n_nodes, 6 n_nodes) out
     """
@@ -84,12 +85,13 @@ def assemble_contacts(  # type: ignore[no-untyped-def]
     basis, shapes = np.empty((powers.shape[0], 6)), np.empty((6, n))
     rates, turns, tilts = np.empty((8, 6 * n)), np.empty((3, 6 * n)), np.empty((3, 6 * n))
     total, deepest = 0.0, np.inf
+    to_plane = fade[1] > -1.0  # not UNFADED
     for contact in range(points.shape[0]):
         other = facet[contact]
         place = places[contact]
         cross(tangents[contact, 0], tangents[contact, 1], normal)
         normal /= np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
-        gap = gap_along(powers, polynomials[other], points[contact], normal, place, surface[:6])
+        gap = gap_along(powers, polynomials[other], points[contact], normal, to_plane, place, surface[:6])
         gaps[contact] = gap
         if np.isnan(gap):
             return np.nan, np.nan

@@ -19,7 +19,7 @@ from tubefoot.fea.contacts import UNFADED, Contacts, bounding_spheres
 from tubefoot.fea.elements import element_kind, gauss_line
 from tubefoot.fea.items import Evaluation, State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import BEYOND, find_opposite, outside_facet
+from tubefoot.fea.proximity import ALONG_NORMAL, BEYOND, find_opposite, outside_facet
 from tubefoot.fea.touch import Touch, Unheard, across_area, quarters
 
 FloatArray = NDArray[np.float64]
@@ -186,6 +186,7 @@ class BodyContact(Contacts):
             False,
             self._edges,
             np.full(self._zones.shape[:2], BEYOND),
+            ALONG_NORMAL,
             within,
             self.barrier.depth,
             hits,

@@ -5,8 +5,9 @@ each, per undeformed area, half of
 
     w(g) = k / (3 d) max(0, d - g)^3,   pressure -w'(g) = k / d (d - g)^2,
 
-the other half coming from the points over there, so that neither side is master. g is the gap, d the reach:
-nothing acts across a wider gap. Derivatives are exact (`barrier`); forces and moments of both sides cancel.
+the other half coming from the points over there, so that neither side is master. The gap g is the distance
+from the plane that touches the wall opposite where it is seen; nothing acts beyond the reach d. Derivatives
+are exact (`barrier`); forces and moments of both sides cancel.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from tubefoot.fea.contacts import Contacts, Elements, bounding_spheres
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import BEYOND, OPPOSED, edge_zones, find_opposite, follow_places
+from tubefoot.fea.proximity import BEYOND, OPPOSED, TO_PLANE, edge_zones, find_opposite, follow_places
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -150,6 +151,7 @@ class SelfContact(Contacts):
             self._powers,
             self._coefficients @ positions[self.nodes],
             self._triangle,
+            TO_PLANE,
             places,
             gaps,
             outside,
@@ -221,6 +223,7 @@ class SelfContact(Contacts):
             self._triangle,
             self._edges,
             extents,
+            TO_PLANE,
             within,
             self.barrier.depth,
             hits,

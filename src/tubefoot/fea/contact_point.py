@@ -1,11 +1,11 @@
 """One contact: the energy of a sample and a facet opposite, residual and tangent (compiled).
 
-A point x of a wall with unit normal n meets a facet X(s, t) at the gap g. With F = x + g n - X(s, t) = 0
-solved for z = (g, s, t), J = dF/dz, a the first row of its inverse,
+A point x of a wall with unit normal n meets a facet X(s, t) at the length l. With F = x + l n - X(s, t) = 0
+solved for z = (l, s, t), J = dF/dz, a the first row of its inverse,
 
-    z_u = -J^-1 F_u,   g_uv = -a . (g_u n_v + g_v n_u + g n_uv - second derivatives of X),
+    z_u = -J^-1 F_u,   l_uv = -a . (l_u n_v + l_v n_u + l n_uv - second derivatives of X),
 
-so residual and tangent are exactly those of the energy E(g, s, t, c) of `fading`. With the other rows, s_uv
+so residual and tangent are exactly those of the energy E(l, s, t, c) of `fading`. With the other rows, s_uv
 and t_uv, which the weights need, have the same form: one vector `pulled` stands for all.
 """
 
@@ -37,10 +37,11 @@ def add_contact(  # type: ignore[no-untyped-def]
 ):
     """Add a sample's energy to an element of both facets' nodes; the energy [mJ] and its weight by the angle.
 
-    gap : below the reach; tangents : (2, 3) of the own facet; surface : (8, 3), see `assemble_contacts`
+    gap : below the reach, see `gap_along`; tangents : (2, 3) of the own facet
+    surface : (8, 3), see `assemble_contacts`
     own : (3, n) shape functions and their slopes at the sample; other : (6, n) opposite, up to second slopes
     placing : (6,) of `placed`; weight : undeformed area [mm^2]; barrier : (reach, stiffness)
-    fade : see `faded`; stiff : whether the matrix is wanted
+    fade : see `faded`, or UNFADED; stiff : whether the matrix is wanted
     rates : (8, 6 n), turns, tilts : (3, 6 n) scratch; residual : (6 n,), matrix : (6 n, 6 n) in and out
     """
     reach, stiffness = barrier
@@ -48,8 +49,8 @@ def add_contact(  # type: ignore[no-untyped-def]
     size = 3 * n
     excess = reach - gap
     energy = weight * stiffness / (3.0 * reach) * excess**3
-    first = -weight * stiffness / reach * excess * excess
-    second = 2.0 * weight * stiffness / reach * excess
+    push = -weight * stiffness / reach * excess * excess
+    firm = 2.0 * weight * stiffness / reach * excess
     normal, dual = np.empty(3), np.empty((3, 3))
     cross(tangents[0], tangents[1], normal)
     length = np.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
@@ -63,16 +64,24 @@ def add_contact(  # type: ignore[no-untyped-def]
     share, slope, bend = faded(cosine, fade)
     if share == 0.0 or placing[0] == 0.0:
         return 0.0, 0.0
-    fading = slope != 0.0 or bend != 0.0
-    # Derivatives of the energy by g, s, t and the cosine, first and second.
+    # w's derivatives by the length along the normal and, where the gap is the length times it, the cosine.
+    to_plane = fade[1] > -1.0
+    sight, times = (gap / cosine, cosine) if to_plane else (gap, 1.0)
+    first, second = np.zeros(2), np.zeros((2, 2))
+    first[0], second[0, 0] = times * push, times * times * firm
+    if to_plane:
+        first[1], second[1, 1] = sight * push, sight * sight * firm
+        second[0, 1] = push + sight * cosine * firm
+    # Derivatives of the energy by l, s, t and the cosine, first and second.
     by, by_both = np.empty(4), np.empty((4, 4))
-    by[0], by[3] = placing[0] * share * first, placing[0] * slope * energy
-    by_both[0, 0], by_both[3, 3] = placing[0] * share * second, placing[0] * bend * energy
-    by_both[0, 3] = by_both[3, 0] = placing[0] * slope * first
+    by[0], by[3] = placing[0] * share * first[0], placing[0] * (slope * energy + share * first[1])
+    by_both[0, 0] = placing[0] * share * second[0, 0]
+    by_both[3, 3] = placing[0] * (bend * energy + 2.0 * slope * first[1] + share * second[1, 1])
+    by_both[0, 3] = by_both[3, 0] = placing[0] * (slope * first[0] + share * second[0, 1])
     for z in range(2):
         by[1 + z] = placing[1 + z] * share * energy
-        by_both[0, 1 + z] = by_both[1 + z, 0] = placing[1 + z] * share * first
-        by_both[3, 1 + z] = by_both[1 + z, 3] = placing[1 + z] * slope * energy
+        by_both[0, 1 + z] = by_both[1 + z, 0] = placing[1 + z] * share * first[0]
+        by_both[3, 1 + z] = by_both[1 + z, 3] = placing[1 + z] * (slope * energy + share * first[1])
         by_both[1 + z, 1 + z] = placing[3 + 2 * z] * share * energy
     by_both[1, 2] = by_both[2, 1] = placing[4] * share * energy
     cross(normal, surface[2], dual[1])
@@ -81,7 +90,7 @@ def add_contact(  # type: ignore[no-untyped-def]
     # Changes of the other facet's area vector with s and t, and of the cosine with that vector.
     along_s, along_t, by_area = np.zeros(3), np.zeros(3), np.zeros(3)
     pulled = by[0] * dual[0] + by[1] * dual[1] + by[2] * dual[2]
-    if fading:
+    if to_plane:
         turn_of_area(surface, along_s, along_t)
         for m in range(3):
             by_area[m] = -(normal[m] + cosine * facing[m]) / area
@@ -89,11 +98,11 @@ def add_contact(  # type: ignore[no-untyped-def]
         for m in range(3):
             pulled[m] += by[3] * (of_s * dual[1, m] + of_t * dual[2, m])
     # What the second derivative of the normal is multiplied with.
-    bent_normal = -gap * pulled
-    if fading:
+    bent_normal = -sight * pulled
+    if to_plane:
         bent_normal -= by[3] * facing
     straight = dot(bent_normal, normal)
-    # Rates by each unknown: g, s, t; bent_normal . n; the logarithm of |c|, c the area vector; pulled . n;
+    # Rates by each unknown: l, s, t; bent_normal . n; the logarithm of |c|, c the area vector; pulled . n;
     # the cosine; turns: n itself, tilts: the other facet's area vector.
     rates[:] = 0.0
     turns[:] = 0.0
@@ -114,10 +123,10 @@ def add_contact(  # type: ignore[no-untyped-def]
             for z in range(3):
                 value = own[0, node] * dual[z, i]
                 for m in range(3):
-                    value += gap * dual[z, m] * turns[m, p]
+                    value += sight * dual[z, m] * turns[m, p]
                 rates[z, p] = -value
                 rates[z, size + p] = other[0, node] * dual[z, i]
-    if fading:
+    if to_plane:
         add_tilts(surface, other, along_s, along_t, rates, tilts)
         for p in range(2 * size):
             for m in range(3):
@@ -167,7 +176,7 @@ def add_contact(  # type: ignore[no-untyped-def]
                 turning = turns[0, p] * turns[0, q] + turns[1, p] * turns[1, q] + turns[2, p] * turns[2, q]
                 value -= rates[4, q] * rates[3, p] + rates[4, p] * rates[3, q] + straight * turning
             matrix[p, q] += value
-    if fading:
+    if to_plane:
         add_fading(
             surface,
             other,

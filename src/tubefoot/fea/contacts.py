@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 UNFADED = (-3.0, -2.0)
-"""Below every cosine: a contact weighs all at any angle."""
+"""Below every cosine: a contact weighs all at any angle, and its gap is the length along its direction."""
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,13 @@ Facets meet at a kink where a curved wall deforms, and a sample that slides from
 jump of force there. So its energy w(g) goes over smoothly: around an edge both facets act, each continued as
 the same polynomial, with weights p(s, t) that fall across the edge and add up to one.
 
-The gap along a wall's normal n loses its meaning where the other wall, with unit normal e, stands across: it
-grows beyond bounds there, and its stiffness with it. So there is a weight f(c) of the cosine c = -n . e too,
-0 at some angle and 1 from another on. Both have two continuous derivatives, and the energy is
+The length l along a wall's normal n to the other wall, with unit normal e, grows when the wall turns away,
+as 1 / c with c = -n . e: a wall under pressure would turn by itself. So the gap is the distance from the
+plane that touches the other wall where n meets it, g = c l. And where the other wall stands across, nothing
+is opposite any more: a weight f(c) is 0 at some angle and 1 from another on. Both weights have two continuous
+derivatives, and the energy is
 
-    E(g, s, t, c) = p(s, t) f(c) w(g).
+    E(l, s, t, c) = p(s, t) f(c) w(c l).
 
 With the area vector m = X_s x X_t, e = m / |m|, the derivatives of c are those by n and by m, and m changes
 with the nodes of its facet and with the place (s, t) that the gap's line meets.

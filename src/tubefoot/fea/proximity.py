@@ -1,9 +1,8 @@
 """Which facet lies opposite a point of a wall, and how far, along the wall's own normal (compiled).
 
 A facet of quadratic shape functions is a polynomial surface X(s, t) = sum_m s^a_m t^b_m P_m. From a point
-x with unit normal n out of its solid, X(s, t) = x + g n gives the place on the facet and the gap g, negative
-where the walls overlap. Sliding from facet to facet the gap is continuous, since the surface is; distances to
-the closest point are not, where facets meet at an angle.
+x with unit normal n out of its solid, X(s, t) = x + l n gives the place on the facet and the length l. The
+gap is l or the distance of x from the plane that touches the facet there, negative where the walls overlap.
 """
 
 from __future__ import annotations
@@ -17,6 +16,8 @@ from tubefoot.fea.elements import ElementKind
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+ALONG_NORMAL, TO_PLANE = False, True
+"""What a gap is: see `gap_along`."""
 OPPOSED = -0.2
 """Largest cosine between the normals of two walls that face each other."""
 BEYOND = 1e-9
@@ -54,10 +55,27 @@ def surface_at(powers, polynomial, s, t, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, error_model="numpy")
-def gap_along(powers, polynomial, x, normal, place, surface):  # type: ignore[no-untyped-def]
+def facing_cosine(surface, normal):  # type: ignore[no-untyped-def]
+    """Cosine between a facet's normal and another one.
+
+    surface : (6, 3) of `surface_at`; normal : (3,) of unit length
+    """
+    product, length = 0.0, 0.0
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        across = surface[1, j] * surface[2, k] - surface[1, k] * surface[2, j]
+        product += across * normal[i]
+        length += across * across
+    return product / np.sqrt(length)
+
+
+@njit(cache=True, error_model="numpy")
+def gap_along(powers, polynomial, x, normal, to_plane, place, surface):  # type: ignore[no-untyped-def]
     """The gap from a point along its normal to a facet, nan where the line misses it or the search fails.
 
     powers, polynomial : of the facet; x, normal : (3,) the point and its unit normal
+    to_plane : TO_PLANE for the distance from the plane that touches the facet there, ALONG_NORMAL for the
+        length along the normal
     place : (2,) in and out, reference coordinates of where the line meets the facet
     surface : (6, 3) out, see `surface_at`
     """
@@ -99,7 +117,7 @@ def gap_along(powers, polynomial, x, normal, place, surface):  # type: ignore[no
             gap = 0.0
             for i in range(3):
                 gap += normal[i] * (surface[0, i] - x[i])
-            return gap
+            return gap * max(0.0, -facing_cosine(surface, normal)) if to_plane else gap
     return np.nan
 
 
@@ -117,33 +135,20 @@ def outside_facet(place, triangle):  # type: ignore[no-untyped-def]
 
 @njit(cache=True, error_model="numpy")
 def follow_places(  # type: ignore[no-untyped-def]
-    points, normals, facet, powers, polynomials, triangle, places, gaps, outside
+    points, normals, facet, powers, polynomials, triangle, to_plane, places, gaps, outside
 ):
     """Follow where the normals of samples meet given facets, or their continuations beyond an edge.
 
     points, normals : (n, 3) of the samples; facet : (n,) that each meets
-    powers, polynomials : of all facets; triangle : kind of facet
+    powers, polynomials : of all facets; triangle : kind of facet; to_plane : see `gap_along`
     places : (n, 2) in and out; gaps : (n,) out, nan where a facet got lost; outside : (n,) out
     """
     surface = np.empty((6, 3))
     for k in range(points.shape[0]):
-        gaps[k] = gap_along(powers, polynomials[facet[k]], points[k], normals[k], places[k], surface)
+        gaps[k] = gap_along(
+            powers, polynomials[facet[k]], points[k], normals[k], to_plane, places[k], surface
+        )
         outside[k] = outside_facet(places[k], triangle)
-
-
-@njit(cache=True, error_model="numpy")
-def facing_cosine(surface, normal):  # type: ignore[no-untyped-def]
-    """Cosine between a facet's normal and another one.
-
-    surface : (6, 3) of `surface_at`; normal : (3,) of unit length
-    """
-    product, length = 0.0, 0.0
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        across = surface[1, j] * surface[2, k] - surface[1, k] * surface[2, j]
-        product += across * normal[i]
-        length += across * across
-    return product / np.sqrt(length)
 
 
 @njit(cache=True)
@@ -178,6 +183,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
     triangle,
     edges,
     extents,
+    to_plane,
     reach,
     depth,
     hits,
@@ -192,7 +198,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
     order : facets sorted by centre along `axis`
     triangle : kind of facet; edges : see `placed`; extents : (n_facets, n_edges) how far outside of each edge
-        a place still belongs to the facet; reach, depth : largest gap and largest penetration looked for [mm]
+        a place still belongs to the facet; to_plane : see `gap_along`
+    reach, depth : largest gap and largest penetration looked for [mm]
     hits : (n_samples, m) out, facets, -1 padded; places : (n_samples, m, 2) out; gaps : (n_samples, m) out
     others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 facets
         farther off than one already found are left out
@@ -229,7 +236,7 @@ def find_opposite(  # type: ignore[no-untyped-def]
             if _touch(nodes, own[sample], candidate):
                 continue
             place[:] = 1.0 / 3.0 if triangle else 0.0
-            gap = gap_along(powers, polynomials[candidate], x, normals[sample], place, surface)
+            gap = gap_along(powers, polynomials[candidate], x, normals[sample], to_plane, place, surface)
             outside = outside_facet(place, triangle)
             if not (-depth < gap < reach) or outside > NEIGHBOUR:
                 continue
