@@ -154,7 +154,7 @@ class BodyContact(Contacts):
     def _serves(self, hits: IntArray, gaps: FloatArray) -> bool:
         """Whether the present contacts are still the right ones, up to sliding a little over an edge."""
         acting = self.gaps < self.barrier.reach
-        if any(outside_facet(place, False) > KEPT for place in self._places[acting]):
+        if any(outside_facet(place, self._edges) > KEPT for place in self._places[acting]):
             return False
         touching = np.flatnonzero((gaps < self.barrier.reach) & (hits >= 0))
         return bool(np.isin(touching, self._sample).all())
@@ -183,7 +183,6 @@ class BodyContact(Contacts):
             facing / np.linalg.norm(facing, axis=1)[:, None],
             skin[np.argsort(spheres[skin, axis])],
             axis,
-            False,
             self._edges,
             np.full(self._zones.shape[:2], BEYOND),
             ALONG_NORMAL,

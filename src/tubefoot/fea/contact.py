@@ -24,7 +24,7 @@ from tubefoot.fea.contacts import Contacts, Elements, bounding_spheres
 from tubefoot.fea.elements import element_kind
 from tubefoot.fea.items import State
 from tubefoot.fea.mesh import Mesh
-from tubefoot.fea.proximity import BEYOND, OPPOSED, TO_PLANE, edge_zones, find_opposite, follow_places
+from tubefoot.fea.proximity import BEYOND, OPPOSED, TO_PLANE, edge_zones, find_opposite, gaps_along
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -58,7 +58,6 @@ class SelfContact(Contacts):
         super().__init__(mesh, nodes, len(nodes), kind, kind.quadrature_points, barrier or Barrier())
         names = np.repeat(np.arange(len(sets)), [len(found.nodes) for found in sets])
         self._labels = [surface[int(k)] for k in names]
-        self._triangle = kind.n_corners == 3
         slopes = np.moveaxis(kind.shape_gradient(kind.quadrature_points), -1, 1)
         self._shapes = np.ascontiguousarray(np.concatenate([self._shape[:, None], slopes], axis=1))
         normals = self._area_vectors(mesh.points)
@@ -134,29 +133,17 @@ class SelfContact(Contacts):
         One that did not is seen around a corner, through the sample's own wall.
         """
         moved = 0.0 if looked_at is None else looked_at.reshape(-1, 3)
-        gaps = np.empty(len(sample))
-        self._follow(self._rest + moved, sample, facet, place.copy(), gaps)
-        return np.asarray(gaps > 0.0)
-
-    def _follow(
-        self, positions: FloatArray, sample: IntArray, facet: IntArray, places: FloatArray, gaps: FloatArray
-    ) -> FloatArray:
-        """Follow places and gaps to the nodes' positions; how far outside their facets they are."""
+        positions = self._rest + moved
         normals = self._area_vectors(positions)[sample]
-        outside = np.empty(len(sample))
-        follow_places(
+        gaps = gaps_along(
             self._sampled(positions)[sample],
             normals / np.linalg.norm(normals, axis=1)[:, None],
             facet,
+            place,
             self._powers,
             self._coefficients @ positions[self.nodes],
-            self._triangle,
-            TO_PLANE,
-            places,
-            gaps,
-            outside,
         )
-        return outside
+        return np.asarray(gaps > 0.0)
 
     def _tangents_of_contacts(self, positions: FloatArray) -> FloatArray:
         return self._tangents(positions)[self._sample]
@@ -220,7 +207,6 @@ class SelfContact(Contacts):
             facing / np.linalg.norm(facing, axis=1)[:, None],
             np.argsort(spheres[:, axis]),
             axis,
-            self._triangle,
             self._edges,
             extents,
             TO_PLANE,

@@ -122,33 +122,29 @@ def gap_along(powers, polynomial, x, normal, to_plane, place, surface):  # type:
 
 
 @njit(cache=True)
-def outside_facet(place, triangle):  # type: ignore[no-untyped-def]
+def outside_facet(place, edges):  # type: ignore[no-untyped-def]
     """How far reference coordinates lie outside a facet, 0 or less within it.
 
-    place : (2,); triangle : the reference facet is the unit triangle, else the square [-1, 1]^2
+    place : (2,); edges : see `facet_edges`
     """
-    s, t = place
-    if triangle:
-        return max(-s, -t, s + t - 1.0)
-    return max(abs(s), abs(t)) - 1.0
+    outside = -np.inf
+    for k in range(edges.shape[0]):
+        outside = max(outside, edges[k, 0] * place[0] + edges[k, 1] * place[1] + edges[k, 2])
+    return outside
 
 
 @njit(cache=True, error_model="numpy")
-def follow_places(  # type: ignore[no-untyped-def]
-    points, normals, facet, powers, polynomials, triangle, to_plane, places, gaps, outside
-):
-    """Follow where the normals of samples meet given facets, or their continuations beyond an edge.
+def gaps_along(points, normals, facet, places, powers, polynomials):  # type: ignore[no-untyped-def]
+    """The gaps from samples to the planes of given facets, or of their continuations; nan where missed.
 
-    points, normals : (n, 3) of the samples; facet : (n,) that each meets
-    powers, polynomials : of all facets; triangle : kind of facet; to_plane : see `gap_along`
-    places : (n, 2) in and out; gaps : (n,) out, nan where a facet got lost; outside : (n,) out
+    points, normals : (n, 3) of the samples; facet : (n,) that each looks for; places : (n, 2) where to begin
+    powers, polynomials : of all facets
     """
-    surface = np.empty((6, 3))
+    gaps, surface = np.empty(points.shape[0]), np.empty((6, 3))
     for k in range(points.shape[0]):
-        gaps[k] = gap_along(
-            powers, polynomials[facet[k]], points[k], normals[k], to_plane, places[k], surface
-        )
-        outside[k] = outside_facet(places[k], triangle)
+        place = places[k].copy()
+        gaps[k] = gap_along(powers, polynomials[facet[k]], points[k], normals[k], TO_PLANE, place, surface)
+    return gaps
 
 
 @njit(cache=True)
@@ -180,7 +176,6 @@ def find_opposite(  # type: ignore[no-untyped-def]
     facing,
     order,
     axis,
-    triangle,
     edges,
     extents,
     to_plane,
@@ -197,8 +192,8 @@ def find_opposite(  # type: ignore[no-untyped-def]
     nodes : (n_facets, n_nodes); powers, polynomials : (n_facets, n_monomials, 3) of the facets
     spheres : (n_facets, 4) centre and radius; facing : (n_facets, 3) mean unit normals
     order : facets sorted by centre along `axis`
-    triangle : kind of facet; edges : see `placed`; extents : (n_facets, n_edges) how far outside of each edge
-        a place still belongs to the facet; to_plane : see `gap_along`
+    edges : see `facet_edges`; extents : (n_facets, n_edges) how far outside of each edge a place still
+        belongs to the facet; to_plane : see `gap_along`
     reach, depth : largest gap and largest penetration looked for [mm]
     hits : (n_samples, m) out, facets, -1 padded; places : (n_samples, m, 2) out; gaps : (n_samples, m) out
     others : (n_samples, k) out, every facet opposite that it may slide onto, -1 padded; with k = 0 facets
@@ -235,9 +230,9 @@ def find_opposite(  # type: ignore[no-untyped-def]
                 continue
             if _touch(nodes, own[sample], candidate):
                 continue
-            place[:] = 1.0 / 3.0 if triangle else 0.0
+            place[:] = 1.0 / 3.0 if edges.shape[0] == 3 else 0.0
             gap = gap_along(powers, polynomials[candidate], x, normals[sample], to_plane, place, surface)
-            outside = outside_facet(place, triangle)
+            outside = outside_facet(place, edges)
             if not (-depth < gap < reach) or outside > NEIGHBOUR:
                 continue
             if facing_cosine(surface, normals[sample]) > OPPOSED:
