@@ -267,6 +267,28 @@ def test_a_wall_that_appears_behind_from_the_side_is_seen_around_a_corner(gap):
         assert len(contact.gaps) == 0
 
 
+def test_what_is_seen_around_a_corner_becomes_a_contact_beyond_the_reach_only():
+    mesh = facing("quad9", 1.0)
+    contact = SelfContact(mesh, ["walls"])
+    for state in (shifted(mesh, 1.0, 30.0), shifted(mesh, -0.02, 30.0)):
+        contact.look(state)
+    # Seen around a corner, then in front of the samples, but within the reach: a force would set in at once.
+    for gap in (-0.02, -1e-6, 1e-6, 0.09, -0.05, 0.05):
+        state = shifted(mesh, gap, 0.3)
+        contact.look(state)
+        assert evaluate(contact, state.unknowns)[0].energy == 0.0
+    before = contact.choice
+    for gap, acts in ((0.11, False), (0.09, True), (-0.02, True)):
+        state = shifted(mesh, gap, 0.3)
+        contact.look(state)
+        assert (evaluate(contact, state.unknowns)[0].energy > 0.0) == acts
+    # A step taken back: around the corner again.
+    contact.choice = before
+    state = shifted(mesh, 0.09, 0.3)
+    contact.look(state)
+    assert evaluate(contact, state.unknowns)[0].energy == 0.0
+
+
 def test_a_wall_that_is_pressed_in_stays_a_contact_where_it_slides_to_other_facets():
     mesh = facing("quad9", 1.0)
     contact = SelfContact(mesh, ["walls"])

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,23 @@ FULLY = 0.5
 """Cosine between two walls from which on they press each other as walls that face each other."""
 SHEETS = 8
 """Facets that one sample may press against at a time: more than one where folds meet."""
+
+
+class Choice(NamedTuple):
+    """Contacts, and what tells which the next ones are.
+
+    sample, facet : (n,) facet that each meets; places : (n, 2) there; gaps : (n,) [mm]
+    elements : of both facets; looked_at : unknowns at the last look
+    around : keys sample * n_facets + facet of walls that are seen around a corner
+    """
+
+    sample: IntArray
+    facet: IntArray
+    places: FloatArray
+    gaps: FloatArray
+    elements: Elements
+    looked_at: FloatArray | None
+    around: IntArray
 
 
 class SelfContact(Contacts):
@@ -66,6 +84,7 @@ class SelfContact(Contacts):
         self._zones = edge_zones(kind, self.nodes, mesh.points)
         self._extents = np.ascontiguousarray(self._zones[:, :, 1])
         self._looked_at: FloatArray | None = None
+        self._around = np.empty(0, dtype=np.int64)
         self._clearance = 0.0
         rest = State(np.zeros(mesh.points.size), np.zeros(0), 0.0)
         gap, where = self.smallest_gap(rest, 2 * self.barrier.reach)
@@ -85,12 +104,12 @@ class SelfContact(Contacts):
         self._clearance = min(float(gaps.min()), self.barrier.ahead)
         sample, slot = np.nonzero(gaps < self._close)
         facet, place, gap = hits[sample, slot], places[sample, slot], gaps[sample, slot]
-        seen = (gap > 0.0) | self._continues(sample, facet, gap)
-        behind = np.flatnonzero(~seen)
-        seen[behind] = self._stood_before(before, sample[behind], facet[behind], place[behind])
-        sample, facet, place, gap = sample[seen], facet[seen], place[seen], gap[seen]
         n = len(self.nodes)
-        new = ~np.isin(sample * n + facet, self._sample * n + self._facet)
+        known = sample * n + facet
+        seen = self._seen(before, sample, facet, place, gap)
+        self._around = known[~seen]
+        sample, facet, place, gap = sample[seen], facet[seen], place[seen], gap[seen]
+        new = ~np.isin(known[seen], self._sample * n + self._facet)
         changed = bool((gap[new] < self.barrier.reach).any())
         able = self._prepared(sample, facet)
         if (gap[~able] < self.barrier.reach).any():
@@ -101,37 +120,50 @@ class SelfContact(Contacts):
         return changed
 
     @property
-    def choice(self) -> tuple[IntArray, IntArray, FloatArray, FloatArray, Elements, FloatArray | None]:
-        """The present contacts: samples, facets opposite, places there, gaps; elements; where they looked."""
+    def choice(self) -> Choice:
+        """The present contacts."""
         places, gaps = self._places.copy(), self.gaps.copy()
-        return self._sample, self._facet, places, gaps, self._elements, self._looked_at
+        return Choice(self._sample, self._facet, places, gaps, self._elements, self._looked_at, self._around)
 
     @choice.setter
-    def choice(
-        self, kept: tuple[IntArray, IntArray, FloatArray, FloatArray, Elements, FloatArray | None]
-    ) -> None:
+    def choice(self, kept: Choice) -> None:
         """Take contacts back.
 
         kept : as they were
         """
-        sample, facet, places, gaps, self._elements, self._looked_at = kept
-        self._take(sample, facet, places.copy(), gaps.copy())
+        self._elements, self._looked_at, self._around = kept.elements, kept.looked_at, kept.around
+        self._take(kept.sample, kept.facet, kept.places.copy(), kept.gaps.copy())
 
-    def _continues(self, sample: IntArray, facet: IntArray, gap: FloatArray) -> NDArray[np.bool_]:
-        """Which overlaps go on from a contact of the same sample, as deep, on the same facet or beside it."""
-        known = np.zeros(len(sample), dtype=bool)
-        for k in np.flatnonzero(gap < 0.0):
-            alike = (self._sample == sample[k]) & (np.abs(self.gaps - gap[k]) < self.barrier.reach)
-            known[k] = np.isin(self.nodes[self._facet[alike]], self.nodes[facet[k]]).any()
-        return known
+    def _seen(
+        self,
+        looked_at: FloatArray | None,
+        sample: IntArray,
+        facet: IntArray,
+        place: FloatArray,
+        gap: FloatArray,
+    ) -> NDArray[np.bool_]:
+        """Which of these walls are in front of their samples, or were and came through.
+
+        An overlap that appears where the wall did not stand in front before is seen around a corner, through
+        the sample's own wall. That goes on until it is beyond the reach: no contact begins under load.
+        """
+        around = (gap < self.barrier.reach) & np.isin(sample * len(self.nodes) + facet, self._around)
+        seen = (gap > 0.0) & ~around
+        for k in np.flatnonzero(~seen):
+            seen[k] = self._continues(sample[k], facet[k], gap[k])
+        behind = np.flatnonzero(~seen & ~around)
+        seen[behind] = self._stood_before(looked_at, sample[behind], facet[behind], place[behind])
+        return seen
+
+    def _continues(self, sample: int, facet: int, gap: float) -> bool:
+        """Whether this goes on from a contact of the same sample, as deep, on the same facet or beside it."""
+        alike = (self._sample == sample) & (np.abs(self.gaps - gap) < self.barrier.reach)
+        return bool(np.isin(self.nodes[self._facet[alike]], self.nodes[facet]).any())
 
     def _stood_before(
         self, looked_at: FloatArray | None, sample: IntArray, facet: IntArray, place: FloatArray
     ) -> NDArray[np.bool_]:
-        """Of overlaps that appear: whether the wall stood in front at the last look, and came through.
-
-        One that did not is seen around a corner, through the sample's own wall.
-        """
+        """Of overlaps that appear: whether the wall stood in front at the last look."""
         moved = 0.0 if looked_at is None else looked_at.reshape(-1, 3)
         positions = self._rest + moved
         normals = self._area_vectors(positions)[sample]
